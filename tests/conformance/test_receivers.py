@@ -155,8 +155,9 @@ def test_bursts_are_mitigated_before_detection(case):
     """A burst on a twelfth of every ramp, 40 dB above the point, leaves its place and power.
 
     The range-Doppler receiver corrects power by the mean weight of the samples, not by that under
-    its windows, which is lower here. Chips that no filter has limited are 0.6 dB stronger at the
-    edges of the band than the decoding receiver takes them to be.
+    its windows, which is lower here. The decoding receiver reads 0.65 dB too much with the burst as
+    without one: chips that no filter has limited are stronger at the edges of the band than those
+    to which it compares them.
     """
     receiver, frame = case
     burst = np.zeros_like(frame.samples)
@@ -165,7 +166,7 @@ def test_bursts_are_mitigated_before_detection(case):
     hit = frame.with_samples(frame.samples + burst)
     found = replace(receiver, mitigation=Blanking(guard=0.5e-6)).detect(hit)
     assert found.range[0] == pytest.approx(9.0, abs=0.15)
-    error = 0.4 if receiver.kind in ("range-doppler", "decoding") else 0.15
+    error = {"range-doppler": 0.4, "decoding": 0.2}.get(receiver.kind, 0.15)
     assert found.power[0] == pytest.approx(POINT.power, rel=error)
 
 

@@ -1,5 +1,7 @@
 """Interference over noise in closed form, against the energy of simulated samples."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,7 +22,7 @@ from polychirp.synthesis.links.links import links_between
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
-from polychirp.waveform import DiverseSawtooth, Hopping, Sawtooth
+from polychirp.waveform import DiverseSawtooth, Hopping, Noise, PhaseCodedRamp, Pmcw, Sawtooth
 from tests.support.schedules import drawn_chirps
 
 FILTER = IfFilter(passband=9e6, stopband=12e6)
@@ -180,3 +182,43 @@ def test_schedules_without_a_common_time_leave_nothing():
     )  # fmt: skip
     schedules = [ramps, late(ramps, 1e-3), late(ramps, 1.0)]
     assert in_closed_form(schedules, paths_of(hand_path(delay=0.1e-6))) == 0.0
+
+
+CODED = {
+    "chirps": PhaseCodedRamp(start_frequency=76.4e9, bandwidth=500e6, ramp_duration=20e-6),
+    "carrier": Pmcw(carrier=76.65e9, order=9, chip_duration=8e-9, periods=4, idle=3e-6),
+    "noise": Noise(carrier=76.65e9, bandwidth=100e6, chip_duration=5e-9, num_chips=512, periods=6),
+}
+"""Coded radars whose band a victim's chirps cross."""
+
+
+@pytest.mark.parametrize("name", CODED)
+def test_a_code_spreads_the_energy_over_its_band(name):
+    """Chirps of 300 MHz cross the coded band: the spectrum's shape hardly matters.
+
+    What the band of chips has beyond the chirps' band is 0.43 dB of a carrier of 125 MHz.
+    """
+    own = Sawtooth(start_frequency=76.5e9, bandwidth=300e6, ramp_duration=22e-6).schedule(
+        num_sweeps=64, streams=Streams(seed=1)
+    )
+    sent = CODED[name].schedule(num_sweeps=96, streams=Streams(seed=2))
+    schedules, paths = [own, sent, late(own, 1.0)], paths_of(hand_path(delay=0.1e-6))
+    error = 10 * np.log10(in_closed_form(schedules, paths) / simulated(schedules, paths))
+    assert error == pytest.approx(0, abs=0.5)
+
+
+def test_a_listening_radar_hears_a_code_in_its_band_and_a_tone():
+    """A quarter of the band of chips of 5 ns, 200 MHz, is in the listener's; the tone is within."""
+    sent = Pmcw(carrier=77e9, order=9, chip_duration=5e-9, periods=8, idle=0.0).schedule(
+        num_sweeps=40, streams=Streams(seed=1)
+    )
+    width = sent.code.bandwidth
+    tone = replace(sent, code=None)
+    paths = received_paths(SCENE, paths_of(hand_path(delay=0.0)))
+    band = (77e9, 77e9 + 0.25 * width)
+    noise = noise_power(SCENE, 0) / FILTER.noise_bandwidth * 0.25 * width
+    for one, share in ((sent, 0.25), (tone, 0.5)):
+        energy, _ = energy_over_noise(
+            SCENE, paths, {1: one}, listener=0, band=band, time=(50e-6, 150e-6)
+        )
+        assert energy - 1.0 == pytest.approx(share * paths.power[0] / noise, rel=1e-3)

@@ -91,7 +91,7 @@ def _of_run(
     path: Path, wanted: tuple[str, ...], arguments: argparse.Namespace
 ) -> Iterator[tuple[str, Drawing]]:
     """Name of each file and its drawing, for every radar."""
-    from polychirp.report.run_plots import draw
+    from polychirp.report.run_plots import draw, figures_of
     from polychirp.study.store.load import load_run
 
     stored = load_run(path)
@@ -100,6 +100,8 @@ def _of_run(
     for victim in victims:
         number = [one.name for one in stored.victims].index(victim.name)
         for name in wanted:
+            if not arguments.figures and name not in figures_of(victim):
+                continue
             say(f"drawing {name} of '{victim.name}'")
             options = {"channel": arguments.channel} if name == "spectrogram" else {}
             title = figure_text(f"{study.name} · radar '{victim.name}'")

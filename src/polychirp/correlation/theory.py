@@ -12,6 +12,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.correlation.base import Correlation
+from polychirp.errors import CapabilityError
 from polychirp.model.ramp import RampSchedule
 
 OVERSHOOT: Final = 1.370437
@@ -30,13 +31,18 @@ def expected(a: RampSchedule, b: RampSchedule, lag: FloatArray) -> Correlation:
 
     It holds for continuous signals, without aliasing by sampling. The computing time grows with the
     product of the numbers of ramps of ``a``, ramps of ``b`` and lags. Carriers are not removed: the
-    phase is that of signals at the schedules' radio frequencies.
+    phase is that of signals at the schedules' radio frequencies. `CapabilityError` is raised if
+    ramps carry a code.
 
     >>> ramp = RampSchedule(start_time=[0.0], duration=[1e-4], start_frequency=[3.95e9],
     ...     slope=[1e12], start_phase=[0.0], sweep=[0])
     >>> abs(expected(ramp, ramp, np.array([0.0, 10e-9, 20e-9])).amplitude).round(4)
     array([1., 0., 0.])
     """
+    if a.code is not None or b.code is not None:
+        raise CapabilityError(
+            "no closed form here holds for ramps with a code; correlate the samples of both signals"
+        )
     lag = np.asarray(lag, dtype=np.float64)
     total = np.zeros(lag.shape, dtype=np.complex128)
     for k in range(a.num_ramps):

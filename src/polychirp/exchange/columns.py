@@ -13,9 +13,12 @@ SOURCES: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
     "detections": (("detections", "score"), "detection"),
     "targets": (("truth", "score"), "target"),
     "paths": (("paths",), "path"),
-    "ramps": (("schedule", "times"), "ramp"),
+    "ramps": (("schedule", "times", "code"), "ramp"),
 }
-"""Tables by name: the groups of a stored run whose arrays are columns, and the axis of its rows."""
+"""Tables by name: the groups of a stored run whose arrays are columns, and the axis of its rows.
+
+The group ``code`` is there if ramps carry one: the columns are the row and the duration of the
+chips, whose values are in the stored run."""
 
 _SUFFIXES: Final[Mapping[str, str]] = {
     "m": "_m",
@@ -44,7 +47,7 @@ def tables_of(victim: StoredVictim) -> dict[str, Table]:
     tables: dict[str, Table] = {}
     for name, (sources, axis) in SOURCES.items():
         columns: dict[str, Values] = {axis: groups[sources[0]].coordinates[axis].values}
-        for source in sources:
+        for source in filter(groups.__contains__, sources):
             for column, values in _columns(groups[source], axis):
                 columns[f"{source}_{column}" if column in columns else column] = values
         tables[name] = columns

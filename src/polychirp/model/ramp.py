@@ -122,6 +122,16 @@ class RampSchedule:
         swept = np.abs(self.slope * self.duration)
         return swept if self.code is None else np.maximum(swept, self.code.bandwidth)
 
+    @property
+    def occupied(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest frequency of each ramp, Hz ``(ramp,)``, with the band of its code.
+
+        A code adds half of its bandwidth on both sides of the sweep.
+        """
+        beside = 0.0 if self.code is None else 0.5 * self.code.bandwidth
+        ends = self.start_frequency, self.stop_frequency
+        return np.minimum(*ends) - beside, np.maximum(*ends) + beside
+
     def as_clocked(
         self, *, start_time: float = 0.0, clock_offset: float = 0.0, clock_drift: float = 0.0
     ) -> Self:

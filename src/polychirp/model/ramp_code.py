@@ -105,6 +105,16 @@ class RampCode:
         share = float(parts.sum() ** 2 / (parts.size * np.sum(parts**2)))
         return share / float(np.max(self.chip_duration))
 
+    def sent(self, ramp: int, time: FloatArray) -> ComplexArray:
+        """Chips that a ramp sends at times from its start, s, of any shape.
+
+        >>> code = RampCode(value=[[1, -1]], row=[0], chip_duration=[2e-9])
+        >>> code.sent(0, np.array([1e-9, 3e-9, 5e-9])).real
+        array([ 1., -1.,  1.])
+        """
+        number = np.floor(time / self.chip_duration[ramp]).astype(np.int64)
+        return np.asarray(self.value[self.row[ramp], number % self.num_chips])
+
     def of_ramps(self, ramps: IntArray) -> "RampCode":
         """The code of the ramps with these numbers."""
         return RampCode(

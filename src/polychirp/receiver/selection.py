@@ -17,7 +17,11 @@ from polychirp.receiver.angle.doa import AngleEstimator
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.decoding.chain import Decoding
-from polychirp.receiver.decoding.code_limits import refuse_samples, refuse_undecodable
+from polychirp.receiver.decoding.code_limits import (
+    refuse_prediction,
+    refuse_samples,
+    refuse_undecodable,
+)
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import has_subframes, unreadable
 from polychirp.receiver.range_doppler.transforms import refuse
@@ -27,6 +31,7 @@ from polychirp.receiver.settings import (
     SearchSettings,
     need_dynamic_range,
 )
+from polychirp.receiver.signal_model.equal_ramps import refuse_code
 from polychirp.receiver.signal_model.transmit_codes import (
     need_own_line,
     virtual_channels,
@@ -186,14 +191,12 @@ def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
         own(schedule)
         return
     receiver = receiver_for(receiver, schedule)
-    if schedule.code is not None and not isinstance(receiver, Decoding):
-        raise CapabilityError(
-            f"its ramps carry a code, which the receiver '{receiver.kind}' does not remove; the "
-            "receivers 'auto' and 'decoding' read it"
-        )
+    if not isinstance(receiver, Decoding):
+        refuse_code(schedule, f"the receiver '{receiver.kind}' does not remove")
     match receiver:
         case Decoding():
             refuse_undecodable(schedule)
+            refuse_prediction(receiver.mitigation)
         case RangeDoppler():
             refuse(unreadable(schedule))
         case PaperReceiver():

@@ -20,7 +20,7 @@ from polychirp.report.page_parts import (
     text_cell,
     verdict_cell,
 )
-from polychirp.report.run_plots import draw
+from polychirp.report.run_plots import draw, figures_of
 from polychirp.report.street_model import street_model
 from polychirp.report.verdict import counted
 from polychirp.report.words import decimal
@@ -50,6 +50,8 @@ def write_run_page(run: StoredRun, folder: Path) -> Path:
     shown = []
     for number, victim in enumerate(run.victims):
         for name, caption in RUN_FIGURES.items():
+            if name not in figures_of(victim):
+                continue
             drawing = draw(name, victim, run.study.receiver)
             file = f"{name}-{number}"
             picture = drawing.save(figures, file, formats=("png", "svg"))

@@ -66,6 +66,15 @@ FIGURES: Final[Mapping[str, Callable[..., Drawing]]] = {
 """Figures of one radar in a run, by name."""
 
 
+def figures_of(victim: Any) -> tuple[str, ...]:
+    """Names of the figures that a `VictimResult` or a `StoredVictim` has.
+
+    The figure of the ramps shows no chips, and is not there if the ramps carry a code.
+    """
+    has_code = victim.frame.schedule.code is not None
+    return tuple(name for name in FIGURES if not (has_code and name == "ramps"))
+
+
 def draw(
     name: str, victim: Any, receiver: AnyReceiver, *, title: str = "", **options: Any
 ) -> Drawing:

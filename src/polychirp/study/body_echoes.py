@@ -63,7 +63,5 @@ def echo_powers(
 
 def _band(frame: IfFrame) -> FloatArray:
     """Frequencies over the band of a frame's ramps and their code, Hz, evenly spaced."""
-    ramps = frame.schedule
-    ends = np.stack([ramps.start_frequency, ramps.start_frequency + ramps.slope * ramps.duration])
-    beside = 0.0 if ramps.code is None else 0.5 * ramps.code.bandwidth
-    return np.linspace(float(ends.min()) - beside, float(ends.max()) + beside, NUM_FREQUENCIES)
+    low, high = frame.schedule.occupied
+    return np.linspace(float(low.min()), float(high.max()), NUM_FREQUENCIES)

@@ -8,6 +8,7 @@ import numpy as np
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import SampleTimes, sample_times
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import FrameReceiver, receiver_for
 from polychirp.study.random_draw import sample_street
@@ -63,15 +64,20 @@ def processing_cost(study: Study) -> ProcessingCost:
     samples = float(times.num_samples.sum()) * radar.array.num_channels
     if isinstance(receiver, RangeDoppler):
         count, cells = _two_transforms(times) * channels, samples
+    elif isinstance(receiver, Decoding):
+        count = (_two_transforms(times) + _removal(schedule, times)) * channels
+        cells = samples
     else:
         count, cells = _coherent_map(receiver, schedule, times, channels)
     frame = float(schedule.end_time[-1] - schedule.start_time[0])
     weight = np.sum(np.abs(schedule.transmit_weight) ** 2, axis=1)
+    peak = float(weight.max() / np.average(weight, weights=schedule.duration))
+    peak /= 1.0 if schedule.code is None else schedule.code.mean_power
     return ProcessingCost(
         receiver=receiver.kind,
         multiplications=count,
         memory=8.0 * (samples + cells),
-        peak_to_average=float(weight.max() / np.average(weight, weights=schedule.duration)),
+        peak_to_average=peak,
         duty=float(schedule.duration.sum()) / frame,
     )
 
@@ -85,6 +91,18 @@ def _transform(size: int) -> float:
 def _two_transforms(times: SampleTimes) -> float:
     ramps, fast = times.num_samples.size, times.most_samples
     return ramps * _transform(fast) + fast * _transform(ramps) + 2.0 * ramps * fast
+
+
+def _removal(schedule: RampSchedule, times: SampleTimes) -> float:
+    """Multiplications that remove the code of every ramp: transforms, and products with the code.
+
+    Chirps have four transforms, and products between them. Carriers have one: the inverse one is
+    the receiver's transform over range.
+    """
+    is_carrier = bool(np.all(schedule.slope == 0.0))
+    fast = times.most_samples
+    each = _transform(fast) + fast if is_carrier else 4.0 * _transform(fast) + 3.0 * fast
+    return float(schedule.num_ramps * each)
 
 
 def _coherent_map(

@@ -11,9 +11,9 @@ MOST_SAMPLES = 200_000_000
 
 
 def band_edges(schedule: RampSchedule) -> tuple[float, float]:
-    """Lowest and highest frequency of a schedule, Hz."""
-    edges = np.stack([schedule.start_frequency, schedule.stop_frequency])
-    return float(edges.min()), float(edges.max())
+    """Lowest and highest frequency of a schedule, Hz, with the band of its code."""
+    low, high = schedule.occupied
+    return float(low.min()), float(high.max())
 
 
 def played(
@@ -21,11 +21,13 @@ def played(
 ) -> Baseband:
     r"""Baseband samples of a schedule, from the start of its first ramp to the end of its last one.
 
-    .. math:: s(t) = e^{j2\pi(\varphi(t) - f_c t)}
+    .. math:: s(t) = a(t)\,e^{j2\pi(\varphi(t) - f_c t)}
 
-    with φ of `RampSchedule` and the carrier :math:`f_c`, by default the middle of the band. Between
-    ramps s is zero. A ramp does not include the instant of its end. `InputError` is raised if the
-    band exceeds ± half the sample rate about the carrier, or there are too many samples.
+    with φ of `RampSchedule`, its chips a of `RampCode`, 1 without a code, and the carrier
+    :math:`f_c`, by default the middle of the band. Chips are sampled as they are: what their
+    spectrum has beyond the sample rate is folded into it. Between ramps s is zero. A ramp does not
+    include the instant of its end. `InputError` is raised if the band exceeds ± half the sample
+    rate about the carrier, or there are too many samples.
 
     >>> ramp = RampSchedule(start_time=[0.0], duration=[1e-4], start_frequency=[3.95e9],
     ...     slope=[1e12], start_phase=[0.0], sweep=[0])
@@ -69,3 +71,5 @@ def _add(
     beat = float(schedule.start_frequency[ramp]) - centre
     bend = 0.5 * float(schedule.slope[ramp])
     out[first:last] = np.exp(2j * np.pi * (turns + (beat + bend * into) * into))
+    if schedule.code is not None:
+        out[first:last] *= schedule.code.sent(ramp, into + 1e-3 / rate)

@@ -5,11 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.correlation.theory import expected
 from polychirp.errors import CapabilityError, InputError, PhysicsError
+from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.model.ramp_code import RampCode
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.decoding.chain import Decoding
+from polychirp.receiver.estimation.cramer_rao import cramer_rao_bound
+from polychirp.receiver.mitigation import Blanking, Burg, Nulling
+from polychirp.receiver.overview.range_azimuth import range_azimuth_map
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import (
     AutoReceiver,
@@ -18,8 +25,10 @@ from polychirp.receiver.selection import (
     refuse_unreadable,
     refuse_unsampled,
 )
+from polychirp.report.figures.spectrogram import spectrogram
 from polychirp.rng import Streams
 from polychirp.waveform import PhaseCodedRamp, Pmcw, Sawtooth
+from tests.support.points import frame_of
 
 CARRIER = Pmcw(order=7).schedule(num_sweeps=8, streams=Streams(1))
 GOOD = Converter(sample_rate=500e6, start=254e-9, margin=0.0)
@@ -91,3 +100,37 @@ def test_a_clock_stretches_chips_with_their_ramps():
 def test_chips_without_sense_are_refused(value, sentence):
     with pytest.raises(InputError, match=sentence):
         RampCode(value=value, row=[0], chip_duration=[1e-9])
+
+
+CODED_CHIRPS = PhaseCodedRamp().schedule(num_sweeps=8, streams=Streams(1))
+
+
+@pytest.mark.parametrize("receiver", [RangeDoppler(), CoherentReceiver(), PaperReceiver()])
+@pytest.mark.parametrize("read", [lambda one, frame: one.detect(frame), range_azimuth_map])
+def test_frames_with_a_code_are_not_read_without_a_decoder(receiver, read):
+    frame = frame_of(CODED_CHIRPS, [], converter=Converter(sample_rate=10e6, start=2e-6))
+    with pytest.raises(CapabilityError, match=rf"code, which the receiver '{receiver.kind}' does"):
+        read(receiver, frame)
+
+
+def test_mitigation_by_tones_is_refused_for_codes():
+    for fit in (None, Blanking(), Nulling()):
+        refuse_unreadable(Decoding(mitigation=fit), CARRIER)
+    with pytest.raises(CapabilityError, match=r"'burg' takes echoes for tones, .* 'blanking' or"):
+        refuse_unreadable(AutoReceiver(mitigation=Burg()), CARRIER)
+
+
+def test_equations_of_ramps_refuse_a_code():
+    times = sample_times(CARRIER, GOOD)
+    with pytest.raises(CapabilityError, match="code, which the Cramér–Rao bound leaves out; use"):
+        cramer_rao_bound(
+            CARRIER, times, AntennaArray(), motion=np.array([9.0, 0.0, 0.0]), azimuth=0.0,
+            snr=1.0, time=0.0,
+        )  # fmt: skip
+    with pytest.raises(CapabilityError, match="no closed form here holds for ramps with a code"):
+        expected(CARRIER, CARRIER, np.zeros(1))
+
+
+def test_the_spectrogram_of_ramps_refuses_a_code():
+    with pytest.raises(CapabilityError, match=r"shows no chips, .* 'spectrogram' shows"):
+        spectrogram(CARRIER, title="")

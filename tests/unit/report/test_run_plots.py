@@ -1,12 +1,15 @@
 """Figures of runs and studies show what is stored."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from polychirp.errors import InputError
+from polychirp.errors import CapabilityError, InputError
+from polychirp.model.ramp_code import RampCode
 from polychirp.receiver.overview.pooling import pooled
-from polychirp.report.run_plots import FIGURES, draw
+from polychirp.report.run_plots import FIGURES, draw, figures_of
 from polychirp.study.store.load import load_run
 from polychirp.study.store.save import save_run
 from tests.support.runs import BOTH, ORIGIN, STUDY
@@ -59,3 +62,15 @@ def test_pooling_keeps_maxima():
     assert few.shape == (100, 30)
     np.testing.assert_array_equal(few.max(axis=0), values.max(axis=0))
     np.testing.assert_array_equal(pooled(values, most=1000, axis=0), values)
+
+
+def test_a_radar_with_a_code_has_all_figures_but_its_ramps(run):
+    victim = run.victim("front")
+    ramps = victim.frame.schedule
+    zero = np.zeros(ramps.num_ramps, dtype=int)
+    code = RampCode(value=[[1, -1]], row=zero, chip_duration=0.5 * ramps.duration)
+    coded = replace(victim, frame=replace(victim.frame, schedule=replace(ramps, code=code)))
+    assert set(FIGURES) - set(figures_of(coded)) == {"ramps"}
+    assert figures_of(victim) == tuple(FIGURES)
+    with pytest.raises(CapabilityError, match="shows no chips"):
+        draw("ramps", coded, STUDY.receiver)

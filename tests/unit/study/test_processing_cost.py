@@ -10,7 +10,7 @@ from polychirp.receiver.selection import AutoReceiver
 from polychirp.study.processing_cost import processing_cost
 from polychirp.study.spec import Study, StudyRadar
 from polychirp.traffic.street import Street, Vehicle
-from polychirp.waveform import DiverseSawtooth, Sawtooth
+from polychirp.waveform import DiverseSawtooth, Noise, PhaseCodedRamp, Pmcw, Sawtooth
 
 CHIRPS = Sawtooth(bandwidth=300e6, ramp_duration=20e-6, idle=5e-6)
 
@@ -35,6 +35,24 @@ def test_two_transforms_of_64_chirps_of_256_samples():
     assert cost.memory == 2 * 8 * 2 * 64 * 256
     assert cost.peak_to_average == 1.0
     assert cost.duty == pytest.approx(64 * 20 / (64 * 25 - 5))
+
+
+def test_a_code_is_removed_before_the_two_transforms():
+    """Four transforms of 256 samples on a chirp, with three products; one of each on a carrier."""
+    after = 64 * 128 * 8 + 256 * 32 * 6 + 2 * 64 * 256
+    chirps = PhaseCodedRamp(bandwidth=300e6, ramp_duration=20e-6, idle=5e-6)
+    cost = processing_cost(study(chirps))
+    assert cost.receiver == "decoding"
+    assert cost.multiplications == 2 * (after + 64 * (4 * 128 * 8 + 3 * 256))
+    carrier = Pmcw(order=7, chip_duration=20e-6 / 254, periods=2, idle=5e-6)
+    cost = processing_cost(study(carrier))
+    assert cost.multiplications == 2 * (after + 64 * (128 * 8 + 256))
+    assert cost.peak_to_average == pytest.approx(1.0)
+
+
+def test_noise_has_a_peak_8_db_above_its_mean_power():
+    noise = Noise(bandwidth=5e6, chip_duration=0.1e-6, num_chips=64, periods=3)
+    assert processing_cost(study(noise)).peak_to_average == pytest.approx(10.0**0.8, rel=0.01)
 
 
 def test_a_map_of_chirps_that_differ_takes_a_multiplication_for_each_ramp_and_cell():

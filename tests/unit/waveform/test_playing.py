@@ -1,11 +1,14 @@
 """Baseband samples of schedules."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from polychirp.errors import InputError
+from polychirp.model.ramp_code import RampCode
 from polychirp.rng import Streams
-from polychirp.waveform import Sawtooth, Triangular
+from polychirp.waveform import Pmcw, Sawtooth, Triangular
 from polychirp.waveform.playing import band_edges, played
 
 TRIANGLES = Triangular(start_frequency=3.95e9, bandwidth=100e6, ramp_duration=50e-6, idle=10e-6)
@@ -61,3 +64,26 @@ def test_too_many_samples_are_refused_before_they_are_made():
         InputError, match="are 1e\\+09 samples, more than 2e\\+08; play fewer sweeps"
     ):
         played(plan, sample_rate=1e9)
+
+
+def test_chips_multiply_the_ramp():
+    """Chips of 0.5 µs are 65 samples: each has its own sign, on a ramp whose samples are known."""
+    code = RampCode(value=[[1, -1, 1j]], row=np.zeros(4), chip_duration=np.full(4, 0.5e-6))
+    plain, coded = (
+        played(plan, sample_rate=130e6, centre_frequency=4e9)
+        for plan in (PLAN, replace(PLAN, code=code))
+    )
+    ratio = coded.samples[:6500] / plain.samples[:6500]
+    chip = np.arange(6500) // 65 % 3
+    np.testing.assert_allclose(ratio, np.array([1, -1, 1j])[chip], atol=1e-12)
+
+
+def test_a_carriers_band_is_that_of_its_chips():
+    plan = Pmcw(carrier=79e9, order=7, chip_duration=2e-9).schedule(
+        num_sweeps=1, streams=Streams(1)
+    )
+    low, high = band_edges(plan)
+    assert 0.5 * (low + high) == pytest.approx(79e9)
+    assert high - low == pytest.approx(plan.code.bandwidth)
+    with pytest.raises(InputError, match="raise the sample rate"):
+        played(plan, sample_rate=100e6)

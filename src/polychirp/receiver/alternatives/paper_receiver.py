@@ -16,6 +16,7 @@ from polychirp.receiver.angle.doa import azimuths
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.settings import ReceiverSettings, need_speed, range_axis
+from polychirp.receiver.signal_model.equal_ramps import refuse_code
 from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.receiver.signal_model.power_spectra import spectrum_size
 from polychirp.units import MetresPerSecond
@@ -63,8 +64,9 @@ class PaperReceiver(ReceiverSettings):
         Raises
         ------
         CapabilityError
-            A sweep is not an up- and a down-ramp of one slope.
+            A sweep is not an up- and a down-ramp of one slope, or has a code.
         """
+        refuse_code(frame.schedule, "the receiver 'paper' does not remove")
         refuse_unpaired(frame.schedule)
         cleaned = mitigated(self.mitigation, frame)
         ranges = range_axis(self, frame.schedule)

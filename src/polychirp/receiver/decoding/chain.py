@@ -10,7 +10,11 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.decoding.alignment import decoded_chirps
-from polychirp.receiver.decoding.code_limits import refuse_samples, refuse_undecodable
+from polychirp.receiver.decoding.code_limits import (
+    refuse_prediction,
+    refuse_samples,
+    refuse_undecodable,
+)
 from polychirp.receiver.decoding.correlation import correlated, decoded_ramps, present_share
 from polychirp.receiver.decoding.reading import Reading
 from polychirp.receiver.mitigation import AnyMitigation
@@ -59,10 +63,11 @@ class Decoding(DetectorSettings):
         Raises
         ------
         CapabilityError, PhysicsError
-            The frame cannot be decoded (`code_limits`).
+            The frame cannot be decoded, or the mitigation is not for codes (`code_limits`).
         """
         schedule, times = frame.schedule, frame.times
         refuse_undecodable(schedule)
+        refuse_prediction(self.mitigation)
         refuse_samples(schedule, times, greatest_range=self.greatest_range)
         ramps, moments = read_ramps(schedule, times)
         cleaned = mitigated(_without_prediction(self.mitigation), frame)

@@ -1,6 +1,7 @@
 """Frames that cannot be decoded, with the reason and what would work."""
 
 import math
+from typing import get_args
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, PhysicsError
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.mitigation import AnyMitigation, Blanking, Nulling
 from polychirp.receiver.range_doppler.transforms import unfit
 from polychirp.receiver.signal_model.equal_ramps import LARGEST_DIFFERENCE
 
@@ -94,4 +96,20 @@ def refuse_samples(schedule: RampSchedule, times: SampleTimes, *, greatest_range
             f"the converter starts {start * 1e6:.4g} µs after a sweep's start, before echoes from "
             f"the receiver's greatest range of {greatest_range:g} m arrive; set converter.start to "
             f"'{math.ceil(delay * 1e9)} ns' or more"
+        )
+
+
+def refuse_prediction(mitigation: AnyMitigation | None) -> None:
+    """Refuse, with a `CapabilityError`, a mitigation that takes echoes for tones or smooth signals.
+
+    The received chips of a code are neither. Weights of samples and combinations of channels are
+    right for all signals; what methods of plug-ins need is not known here.
+
+    >>> refuse_prediction(Blanking())
+    """
+    known = get_args(get_args(AnyMitigation)[0])
+    if isinstance(mitigation, known) and not isinstance(mitigation, Blanking | Nulling):
+        raise CapabilityError(
+            f"the mitigation '{mitigation.kind}' takes echoes for tones, and those of ramps with a "
+            "code are none; use 'blanking' or 'nulling'"
         )

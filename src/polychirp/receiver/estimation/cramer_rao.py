@@ -28,6 +28,7 @@ from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
+from polychirp.receiver.signal_model.equal_ramps import refuse_code
 from polychirp.receiver.signal_model.point_signal import path_of, path_slopes
 
 
@@ -64,6 +65,11 @@ def cramer_rao_bound(
     sine_rate_deviation : 1/s, standard deviation of the prior of the rate of sin θ, whose mean is
         taken as 0; 0 for a known rate, inf for no prior knowledge
 
+    Raises
+    ------
+    CapabilityError
+        The ramps carry a code, which is not in the equation.
+
     Examples
     --------
     >>> from polychirp.model.if_frame import sample_times
@@ -76,6 +82,7 @@ def cramer_rao_bound(
     >>> bound.range < 1e-3
     True
     """
+    refuse_code(schedule, "the Cramér–Rao bound leaves out", instead="use ramps without a code")
     slopes = _phase_slopes(schedule, times, motion, time)[:, times.is_sample]
     frequency = float(np.mean(schedule.centre_frequency))
     by_sine = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * array.position[:, 1]

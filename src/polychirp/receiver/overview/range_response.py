@@ -17,6 +17,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.angle.beamform import beamform, orthogonal_sines, steering
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.settings import SearchSettings, range_axis
+from polychirp.receiver.signal_model.equal_ramps import refuse_code
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_frequency, hann_weights
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
@@ -41,7 +42,11 @@ class RangeResponse:
 
 
 def range_response(limits: SearchSettings, frame: IfFrame, parts: IfParts) -> RangeResponse:
-    """Power over range of a frame, after the mitigation and within the limits of a receiver."""
+    """Power over range of a frame, after the mitigation and within the limits of a receiver.
+
+    `CapabilityError` is raised if the ramps carry a code.
+    """
+    refuse_code(frame.schedule, "a response over range leaves out", instead="decode it first")
     cleaned = mitigated(limits.mitigation, frame)
     weight = hann_weights(cleaned.weight)
     grid = response_grid(limits, frame.schedule)

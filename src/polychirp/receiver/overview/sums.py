@@ -27,6 +27,7 @@ from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import middle_frequency, unfit
 from polychirp.receiver.selection import FrameReceiver, receiver_of_kind
 from polychirp.receiver.settings import range_axis
+from polychirp.receiver.signal_model.equal_ramps import refuse_code
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_frequency, hann_weights
 from polychirp.receiver.signal_model.power_spectra import spectrum_size
@@ -209,12 +210,13 @@ def sums_of(receiver: FrameReceiver, frame: IfFrame) -> ChirpSums | LongRampMean
 
     Equal chirps at equal intervals have `ChirpSums`, ramps that rise and fall and resolve range
     rates by their beats have `LongRampMeans`, and all others, also those in subframes, `RampSums`.
-    A code is removed first.
+    A code is removed first by the receiver that decodes it; others refuse it.
     """
     if isinstance(receiver, Decoding):
         read = receiver.reading(frame)
         return sums_of(read.receiver, read.frame)
     schedule = frame.schedule
+    refuse_code(schedule, f"the receiver '{receiver.kind}' does not remove")
     kind = "coherent" if unfit(schedule) else "range-doppler"
     reader = receiver_of_kind(kind, receiver)
     if isinstance(reader, RangeDoppler):

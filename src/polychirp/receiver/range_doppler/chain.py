@@ -34,6 +34,7 @@ from polychirp.receiver.range_doppler.transforms import (
 )
 from polychirp.receiver.range_doppler.unfolding import unfolded
 from polychirp.receiver.settings import DetectorSettings
+from polychirp.receiver.signal_model.equal_ramps import refuse_code
 from polychirp.receiver.signal_model.transmit_codes import (
     CodeBlocks,
     code_blocks,
@@ -114,8 +115,8 @@ class RangeDoppler(DetectorSettings):
         Raises
         ------
         CapabilityError
-            The ramps differ, are neither at equal intervals nor in subframes, or have codes that do
-            not separate the transmitting elements.
+            The ramps differ, are neither at equal intervals nor in subframes, carry a code within
+            them, or have codes that do not separate the transmitting elements.
         """
         refuse(unreadable(frame.schedule))
         if not has_subframes(frame.schedule):
@@ -141,6 +142,7 @@ class RangeDoppler(DetectorSettings):
         Amplitudes are divided by the mean weight that mitigation leaves to the samples, with the
         tapers of both transforms, so that an echo keeps its power.
         """
+        refuse_code(frame.schedule, f"the receiver '{self.kind}' does not remove")
         refuse(unfit(frame.schedule))
         blocks = code_blocks(frame.schedule)
         if self.mitigation is not None:

@@ -6,6 +6,6 @@
   `fit_amplitudes`, `matched_amplitudes`, `hann_weights`.
 - `unit_signal`: the compiled signal of one point on one ramp.
 - `transmit_codes`: blocks of sweeps on which the codes are orthogonal: `code_blocks`.
-- `equal_ramps`: reason why ramps are not equal: `unequal`.
+- `equal_ramps`: reason why ramps are not equal: `unequal`; refusal of codes: `refuse_code`.
 - `frame_model`: beats and phases of points on the ramps of one frame: `FrameModel`.
 """

@@ -1,9 +1,10 @@
-"""Ramps that count as equal, so that samples of one number can be compared from ramp to ramp."""
+"""Ramps that count as equal, from one to the next, and ramps without a code."""
 
 from typing import Final
 
 import numpy as np
 
+from polychirp.errors import CapabilityError
 from polychirp.model.ramp import RampSchedule
 
 LARGEST_DIFFERENCE: Final = 1e-6
@@ -23,3 +24,20 @@ def unequal(schedule: RampSchedule) -> str:
         if not np.allclose(values, values[0], rtol=LARGEST_DIFFERENCE, atol=0.0):
             return f"its ramps differ in {name}"
     return ""
+
+
+def refuse_code(
+    schedule: RampSchedule,
+    reason: str,
+    *,
+    instead: str = "the receivers 'auto' and 'decoding' read it",
+) -> None:
+    """Refuse ramps that carry a code, with a `CapabilityError`.
+
+    Parameters
+    ----------
+    reason : end of a sentence about the code, as "the receiver 'paper' does not remove"
+    instead : sentence that says what works
+    """
+    if schedule.code is not None:
+        raise CapabilityError(f"its ramps carry a code, which {reason}; {instead}")

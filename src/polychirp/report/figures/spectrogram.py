@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray
+from polychirp.errors import CapabilityError
 from polychirp.model.ramp import RampSchedule
 from polychirp.report.figures.drawing import Column, Drawing, new_figure, styled
 
@@ -104,7 +105,17 @@ def spectrogram(
     title : text above the axes
     band : lowest and highest frequency drawn, Hz; `band_of` the schedule if absent
     span : first and last time drawn, s; the first `MOST_RAMPS` of the schedule if absent
+
+    Raises
+    ------
+    CapabilityError
+        The ramps carry a code, whose chips are not in this spectrogram.
     """
+    if schedule.code is not None:
+        raise CapabilityError(
+            "the spectrogram of ramps shows no chips, and these ramps carry a code; the figure "
+            "'spectrogram' shows the received samples"
+        )
     low, high = band or band_of(schedule)
     first, last = span or (schedule.start_time[0], schedule.end_time[:MOST_RAMPS][-1])
     time = np.linspace(first, last, 1400)

@@ -93,6 +93,8 @@ class Pair:
         a, b = self.a_schedule, self.b_schedule
         if a is None or b is None or a.num_ramps != 1 or b.num_ramps != 1:
             return None
+        if a.code is not None or b.code is not None:
+            return None
         times = float(a.duration[0]), float(b.duration[0])
         gap = _gap(a, b)
         if gap > 0:
@@ -226,9 +228,11 @@ def fine_step(pair: Pair) -> int:
 
 
 def closed_form(pair: Pair, lag: FloatArray) -> Correlation | None:
-    """Correlation of an ideal pair in closed form; None if ramps are unknown or too many."""
+    """Correlation of an ideal pair in closed form; None if ramps are unknown, too many or coded."""
     a, b = pair.a_schedule, pair.b_schedule
     if not pair.is_ideal or a is None or b is None:
+        return None
+    if a.code is not None or b.code is not None:
         return None
     if a.num_ramps * b.num_ramps * lag.size > MOST_TERMS:
         return None

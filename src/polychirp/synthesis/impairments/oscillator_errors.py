@@ -176,7 +176,8 @@ class Oscillating:
         """Noise at offsets beyond the highest one, V, at the wide rate; 0 if it is negligible.
 
         The other radar's noise at the victim's own frequency is mixed as if that radar sent the
-        victim's ramp.
+        victim's ramp, without a code. The other radar's own code would spread its noise by the
+        code's band, which is neglected.
         """
         radar, other = wide.scene.radars[victim], wide.scene.radars[transmitter]
         own, sent = schedules[victim], schedules[transmitter]
@@ -194,7 +195,7 @@ class Oscillating:
             return np.zeros((), dtype=np.complex128)
         # the first ramp's element weights for all ramps: weights only change the noise's direction
         weight = np.repeat(sent.transmit_weight[:1], own.num_ramps, axis=0)
-        noisy = replace(own, transmit_weight=weight)
+        noisy = replace(own, transmit_weight=weight, code=None)
         sent_instead = [noisy if n == transmitter else ramps for n, ramps in enumerate(schedules)]
         carrier = self.inner.contribution(
             wide.scene, sent_instead, paths, victim=victim, transmitter=transmitter
