@@ -26,6 +26,7 @@ from polychirp.receiver.mitigation import (
     RampMinimum,
     StftExcision,
     StftStatistics,
+    Wavelet,
 )
 from polychirp.receiver.mitigation.base import mitigated, refuse_unfit
 from polychirp.receiver.signal_model.point_signal import (
@@ -60,6 +61,7 @@ REPAIRS = {
 ON_ANY_RAMPS = REPAIRS | {
     "nulling": Nulling(),
     "STFT statistics": StftStatistics(),
+    "wavelet": Wavelet(),
     "dual sparsity": DualSparsity(),
     "noise canceller": NoiseCanceller(least_gain=1.0),
 }
@@ -314,6 +316,7 @@ def test_a_noise_canceller_refuses_real_samples_and_nulling_one_channel():
         (lambda: Burg(order=0), "order"),
         (lambda: MatrixPencil(window=1), "windows"),
         (lambda: StftStatistics(window=10), "window"),
+        (lambda: Wavelet(levels=0), "level"),
         (lambda: DualSparsity(window=12), "window"),
         (lambda: DualSparsity(iterations=1), "iterations"),
         (lambda: NoiseCanceller(step=2.0), "step"),

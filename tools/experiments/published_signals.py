@@ -24,6 +24,7 @@ from polychirp.receiver.mitigation import (
     NoiseCanceller,
     StftExcision,
     StftStatistics,
+    Wavelet,
 )
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
@@ -38,6 +39,7 @@ TU_DELFT_METHODS: Final[Mapping[str, tuple[AnyMitigation | None, str]]] = {
     "interpolation": (Interpolation(), "–"),
     "zeroing": (Blanking(), "3.9"),
     "STFT, L-statistics": (StftStatistics(window=256), "–"),
+    "wavelet": (Wavelet(), "−0.9 to 9.1, other signals"),
     "STFT CFAR, zeroed": (StftExcision(window=256), "7 to 8"),
     "STFT CFAR, levelled": (StftExcision(window=256, cells="levelled"), "7 to 8"),
     "IMAT": (Imat(), "7.6"),

@@ -56,6 +56,7 @@ MULTIPLICATIONS: Final[Mapping[str, str]] = {
     "stft-levelled": "64 log₂ W per sample",
     "stft-filled": "64 log₂ W per sample, and 16 N² per ramp for each line",
     "stft-statistics": "16 N log₂ N / L per sample (L = 64)",
+    "wavelet": "64 per sample, of which mirror images add 256 to a ramp",
     "dual-sparsity": "100 to 400 log₂ N per sample and iteration (20)",
     "chirp-subtraction": "4 N² log₂ N per ramp and choice, 5 to 20 choices",
     "noise-canceller": "8 log₂ N + 8 L per sample (L = 8)",

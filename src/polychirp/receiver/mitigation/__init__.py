@@ -7,8 +7,8 @@ The modules in reading order; others use the methods themselves, and `base.mitig
 - Methods that repair the samples that are hit: `blanking`, `interpolation`, `burg`,
   `autoregression`, `matrix_pencil`, `imat`, `nulling`. `patches` are missing samples as linear
   maps of known ones; `prediction` is linear prediction.
-- Methods on ramps with bursts, by spectra and planes: `stft_statistics`, `dual_sparsity`,
-  `noise_canceller`.
+- Methods on ramps with bursts, by spectra and planes: `stft_statistics`, `wavelet`,
+  `dual_sparsity`, `noise_canceller`.
 - Methods that need no detector: `stft_excision` and `steady_lines`, `chirp_subtraction`,
   `ramp_minimum`, `low_rank_hankel`, and the trained `complex_network` with its `network_layers`.
 """
@@ -30,6 +30,7 @@ from polychirp.receiver.mitigation.nulling import Nulling as Nulling
 from polychirp.receiver.mitigation.ramp_minimum import RampMinimum as RampMinimum
 from polychirp.receiver.mitigation.stft_excision import StftExcision as StftExcision
 from polychirp.receiver.mitigation.stft_statistics import StftStatistics as StftStatistics
+from polychirp.receiver.mitigation.wavelet import Wavelet as Wavelet
 from polychirp.spec import ByKind
 
 AnyMitigation = Annotated[
@@ -42,6 +43,7 @@ AnyMitigation = Annotated[
     | Nulling
     | StftExcision
     | StftStatistics
+    | Wavelet
     | DualSparsity
     | ChirpSubtraction
     | NoiseCanceller

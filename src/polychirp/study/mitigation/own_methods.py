@@ -22,6 +22,7 @@ from polychirp.receiver.mitigation import (
     RampMinimum,
     StftExcision,
     StftStatistics,
+    Wavelet,
 )
 from polychirp.receiver.mitigation.base import Mitigation
 from polychirp.spec import kinds_of
@@ -43,6 +44,7 @@ METHODS: Final[Mapping[str, Mitigation]] = {
     "stft-levelled": StftExcision(cells="levelled"),
     "stft-filled": StftExcision(cells="filled"),
     "stft-statistics": StftStatistics(),
+    "wavelet": Wavelet(),
     "dual-sparsity": DualSparsity(window=32),
     "chirp-subtraction": ChirpSubtraction(),
     "noise-canceller": NoiseCanceller(),
