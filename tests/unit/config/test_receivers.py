@@ -54,7 +54,10 @@ def test_a_table_without_a_kind_is_auto(chirps, change, expected):
     ("change", "message"),
     [
         ('receiver={kind="papers"}', "'paper'"),
-        ('receiver={kind="joint"}', "no 'joint'; known are auto, coherent, range-doppler, decoding, paper"),
+        (
+            'receiver={kind="joint"}',
+            "no 'joint'; known are auto, coherent, range-doppler, decoding",
+        ),
         ('receiver={kind="paper", false_alarm_probability=1e-4}', "false_alarm_probability"),
         ('receiver={kind="range-doppler", greatest_speed="9 m/s"}', "greatest_speed"),
         ("receiver={quantile=0.7}", "quantile"),
