@@ -11,6 +11,7 @@ import zarr
 
 from polychirp.axes import axes_of
 from polychirp.errors import InputError, RunError
+from polychirp.exchange.columns import tables_of
 from polychirp.model.front_end import HighPass
 from polychirp.model.if_frame import PARTS, IfParts
 from polychirp.model.paths import PropagationPaths
@@ -116,7 +117,11 @@ def test_a_code_of_the_ramps_is_stored(tmp_path):
     schedule = replace(victim.frame.schedule, code=code)
     coded = replace(victim, frame=replace(victim.frame, schedule=schedule))
     save_run(tmp_path / "coded.zarr", replace(BOTH, victims=(coded,)), provenance=ORIGIN)
-    read = load_run(tmp_path / "coded.zarr").victims[0].frame.schedule.code
+    again = load_run(tmp_path / "coded.zarr").victims[0]
+    ramps = tables_of(again)["ramps"]
+    np.testing.assert_array_equal(ramps["chip_duration_s"], code.chip_duration)
+    np.testing.assert_array_equal(ramps["row"], code.row)
+    read = again.frame.schedule.code
     for field in ("value", "row", "chip_duration"):
         np.testing.assert_array_equal(getattr(read, field), getattr(code, field))
 
