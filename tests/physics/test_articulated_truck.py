@@ -10,7 +10,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.testing.shapes import around, transfer_at
 from polychirp.traffic.street import Vehicle
 from polychirp.traffic.vehicle import vehicle_mesh
-from polychirp.units import to_db
+from polychirp.units import from_db, to_db
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
 TRACER = Composite(dynamic_range=1e30, max_length=np.inf, max_bounces=1)
@@ -95,14 +95,17 @@ def test_far_away_the_side_has_the_cross_section_of_its_area(compare):
 def test_the_flash_turns_with_the_trailer():
     """Seen along the normal of the side of a trailer that is turned by 20° about its king pin.
 
-    From there, only edges and curved parts of the straight truck echo, at least 20 dB less.
+    From there, only edges and curved parts of the straight truck echo, at least 20 dB less. Wheels
+    and other parts beat with the side by half a decibel from centimetre to centimetre, so the mean
+    power over five places counts.
     """
     turn = np.radians(20.0)
     pin = np.array([3.75, 0.0])
     along, normal = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
-    x, y = pin - 5.0 * along + 30.0 * normal
-    eye = (float(x), float(y), 2.5)
-    straight, bent = gain(eye), gain(eye, articulation=turn)
+    shifts = np.arange(-2, 3) * 0.01
+    eyes = [(*map(float, pin - (5.0 + by) * along + 30.0 * normal), 2.5) for by in shifts]
+    bent = to_db(np.mean([from_db(gain(eye, articulation=turn)) for eye in eyes]))
+    straight = max(gain(eye) for eye in eyes)
     expected = plate_gain(30 - 1.275, (-7.0, 6.6), (LOW - 2.5, HIGH - 2.5))
-    assert bent == pytest.approx(expected, abs=0.5)
+    assert bent == pytest.approx(expected, abs=0.4)
     assert straight < bent - 20.0
