@@ -1,4 +1,4 @@
-"""Parts of a vehicle that echo beside its shell: plates, beams, lamps, rims, handles, pipes, tow bar.
+"""Parts of a vehicle that echo beside its shell: plates, beams, lamps, rims, handles, pipes.
 
 Shells are smooth and curved, so they mirror to a radar from single points. Real vehicles also have
 flat metal that stands upright, and cavities that return a wave after two or three reflections.
