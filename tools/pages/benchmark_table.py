@@ -39,6 +39,9 @@ SLOW_FRAMES: Final = 1
 DETECTING: Final = "blanking"
 """Method whose detector is the default one, and stands for all that begin with it."""
 
+NOT_MEASURED: Final = "not measured"
+"""Entry of a method that has no row for a family."""
+
 TIMED_FAMILIES: Final = ("direct", "street-ramps")
 """Families whose CPU times are shown: 64 chirps of 261 samples, and 8 ramps of some 1500."""
 
@@ -79,7 +82,14 @@ def benchmark_tables(folder: Path) -> str:
 
     def body(names: list[str], shown: Callable[[dict[str, Any]], str]) -> str:
         lines = [
-            (_marked(name), *(shown(of[name, family]) for family in families)) for name in names
+            (
+                _marked(name),
+                *(
+                    shown(of[name, family]) if (name, family) in of else NOT_MEASURED
+                    for family in families
+                ),
+            )
+            for name in names
         ]
         return table(("method", *families), lines)
 
@@ -137,7 +147,11 @@ def _repairs(of: Mapping[tuple[str, str], Any]) -> list[str]:
 
 
 def _known(of: Mapping[tuple[str, str], Any]) -> Callable[[dict[str, Any]], str]:
-    return lambda row: _median(of[row["method"] + KNOWN, row["family"]], "sinr_range")
+    def shown(row: dict[str, Any]) -> str:
+        known = of.get((row["method"] + KNOWN, row["family"]))
+        return NOT_MEASURED if known is None else _median(known, "sinr_range")
+
+    return shown
 
 
 def _costs(methods: list[str], seconds: Mapping[str, Mapping[str, float]]) -> str:

@@ -1,6 +1,6 @@
 """Frames of drawn streets whose rays are traced: bodies of many facets, walls, bounces, a road.
 
-A frame takes seconds, so that `stored_frame` keeps it on disk.
+A frame takes seconds.
 """
 
 from collections.abc import Mapping
