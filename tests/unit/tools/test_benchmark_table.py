@@ -5,7 +5,6 @@ import json
 from tools.pages.benchmark_table import benchmark_tables
 from tools.pages.published_table import published_table
 
-
 MEASURED = {
     "sinr_range": (1.0, 2.0, 3.0),
     "floor_rise": (0.0, 4.0, 5.0),
