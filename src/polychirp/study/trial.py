@@ -1,6 +1,6 @@
 """One trial of a study: all stages in order, from the drawn street to the score."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,6 +21,7 @@ from polychirp.model.scene import Scene
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 from polychirp.receiver.attribution import attribute, floor_rise, powers_in, target_levels
+from polychirp.receiver.coherent.parts import PartPowers
 from polychirp.receiver.mimo import (
     azimuths_in_motion,
     virtual_array,
@@ -301,13 +302,8 @@ def receive_and_score(
         gate=gate_for(receiver, received.schedule, received.array),
     )
     if interference is not None:
-
-        def contributed(several: Sequence[IfParts]) -> FloatArray:
-            decoded = [virtual_parts(received, one) if is_coded else one for one in several]
-            power = powers_of(np.concatenate([one.samples for one in decoded]))
-            return power.reshape(len(power), len(several), -1)
-
-        radar = radars_of_ghosts(score.nature, interference, contributed)
+        decode = partial(virtual_parts, received) if is_coded else None
+        radar = radars_of_ghosts(score.nature, interference, _contributions(powers_of, decode))
         score = replace(score, radar=radar)
     return VictimResult(
         name=scene.radars[victim].name,
@@ -318,6 +314,23 @@ def receive_and_score(
         truth=true,
         score=score,
     )
+
+
+def _contributions(
+    powers_of: PartPowers, decode: Callable[[IfParts], IfParts] | None
+) -> Callable[[Sequence[IfParts]], FloatArray]:
+    """Function from the parts of several radars to their power in each detection, W.
+
+    Its result has the axes ``(detection, radar, part)``. ``decode`` separates transmitting elements
+    where the receiver does not.
+    """
+
+    def contributed(several: Sequence[IfParts]) -> FloatArray:
+        decoded = several if decode is None else [decode(one) for one in several]
+        power = powers_of(np.concatenate([one.samples for one in decoded]))
+        return power.reshape(len(power), len(several), -1)
+
+    return contributed
 
 
 def paths_at(time: float, snapshots: Sequence[PropagationPaths]) -> PropagationPaths:
