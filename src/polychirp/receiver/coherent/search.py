@@ -51,10 +51,10 @@ GAIN_OF_NEW_POINTS = 5.0
 """Fall of the residual's power, in units of a floor, for which a step is taken between two maps;
 chosen: below what makes a peak."""
 
-MOST_MAPS = 24
-"""Greatest number of maps of a search. Chosen: frames of the paper's street take 11 at most, and a
-frame that other radars' signals fill takes 10 to 25, a second each; there, further maps bring one
-new point or none. With half of it such frames have fewer ghosts, with twice of it they take longer.
+MOST_MAPS = 40
+"""Greatest number of maps of a search. Chosen: frames of the paper's street take 11 at most, one
+with a strong point of folded range rate takes 24, and one that other radars' signals fill 10 to 25,
+a second each; there, further maps bring one new point or none. With half of it points are left.
 """
 
 MOST_ROUGH_MAPS = 2
