@@ -54,7 +54,7 @@ chosen: below what makes a peak."""
 MOST_MAPS = 40
 """Greatest number of maps of a search. Chosen: frames of the paper's street take 11 at most, one
 with a strong point of folded range rate takes 24, and one that other radars' signals fill 10 to 25,
-a second each; there, further maps bring one new point or none. With half of it points are left.
+a second each; there, further maps bring one new point or none.
 """
 
 MOST_ROUGH_MAPS = 2

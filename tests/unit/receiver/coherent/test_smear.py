@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from polychirp.receiver.coherent import new_points
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
@@ -55,11 +56,10 @@ def test_the_motion_is_found_from_metres_per_second_beside_it(beside):
     assert abs(found[1] - true[1]) < 1.3
 
 
-@pytest.mark.slow
-def test_passers_within_four_metres_are_found_without_many_others():
-    """With starts at the map's peaks alone, 4 of 26 are lost and 18 detections are false."""
+def read():
+    """Numbers of drawn passers, of those found, and of detections, on seeds not used in tuning."""
     found = detections = drawn = 0
-    for number in range(7000, 7030):
+    for number in range(8000, 8060):
         point, schedule, frame = observed(number)
         if point.acceleration > 125.0:
             continue  # faster than the receiver reads
@@ -69,6 +69,14 @@ def test_passers_within_four_metres_are_found_without_many_others():
         found += bool(np.any(is_near))
         detections += seen.num_detections
         drawn += 1
-    assert drawn >= 20
-    assert found == drawn
-    assert detections <= drawn + 8
+    return drawn, found, detections
+
+
+@pytest.mark.slow
+def test_passers_within_four_metres_are_found_with_fewer_others(monkeypatch):
+    """With starts at the map's peaks alone some are lost, and more detections are false."""
+    drawn, found, detections = read()
+    monkeypatch.setattr(new_points, "likeliest_motions", lambda seen, residual, at: at.motion)
+    _, found_by_peaks, detections_by_peaks = read()
+    assert found == drawn > found_by_peaks
+    assert detections - found < 0.5 * (detections_by_peaks - found_by_peaks)
