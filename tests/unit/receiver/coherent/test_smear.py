@@ -76,7 +76,7 @@ def read():
 def test_passers_within_four_metres_are_found_with_fewer_others(monkeypatch):
     """With starts at the map's peaks alone some are lost, and more detections are false."""
     drawn, found, detections = read()
-    monkeypatch.setattr(new_points, "likeliest_motions", lambda seen, residual, at: at.motion)
+    monkeypatch.setattr(new_points, "likeliest_motions", lambda *given: given[2].motion)
     _, found_by_peaks, detections_by_peaks = read()
     assert found == drawn > found_by_peaks
     assert detections - found < 0.5 * (detections_by_peaks - found_by_peaks)
