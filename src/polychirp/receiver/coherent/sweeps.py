@@ -107,7 +107,7 @@ def swept(
         power=points.power.copy(),
         twin=twin,
     )
-    sizes = np.array([len(one) for one in groups])
+    sizes = np.array([len(one) for one in groups], dtype=np.int64)
     members = np.zeros((len(groups), int(np.max(sizes, initial=1))), dtype=np.int64)
     for row, one in zip(members, groups, strict=True):
         row[: len(one)] = one
