@@ -1,7 +1,7 @@
 """Examples on which the complex network is trained: planes of ramps, and what to keep of them.
 
-Frames are drawn from the families of the benchmark's set v1, from streams of their own: no frame
-of the benchmark is among them. From a third of the ramps interference is taken away.
+Frames are drawn from families of the benchmark's set v2, from streams of their own: no frame of
+the benchmark is among them. From a third of the ramps interference is taken away.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ FRAMES: Final[Mapping[str, int]] = {
     "near-parallel": 30,
     "many": 30,
     "real-mixer": 20,
+    "street-direct": 12,
+    "street-ramps": 24,
+    "street-ramps-indirect": 24,
 }
 """Frames of each family; chosen so that families have similar numbers of cells."""
 
@@ -58,7 +61,7 @@ def drawn_examples(purpose: str, share: float = 1.0) -> Examples:
         for number in range(round(share * count)):
             streams = Streams(0).of("network", purpose, family, number)
             random = streams["pieces"]
-            _, parts = FRAME_SETS["v1"][family](streams)
+            _, parts = FRAME_SETS["v2"][family](streams)
             channels, ramps = parts.samples.shape[1:3]
             for ramp in random.permutation(ramps)[:CROPS]:
                 of_ramp = parts.samples[:, random.integers(channels), ramp]

@@ -37,7 +37,7 @@ EVERY: Final = 100
 TRAINED_ON: Final = (
     "frames of the families "
     + ", ".join(FRAMES)
-    + " of polychirp's benchmark, set v1, from streams of their own"
+    + " of polychirp's benchmark, set v2, from streams of their own"
 )
 
 

@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,11 @@ import pytest
 import zarr
 
 from polychirp.cli.app import main
+from polychirp.config.load import load_study
 from polychirp.study.mitigation.dataset import ARRAYS, PRESETS, DatasetPlan, frame_arrays
 from polychirp.study.mitigation.published import ARIM_GRID
 from polychirp.study.mitigation.street_frames import STREETS
+from polychirp.waveform.coding import TimeDivision
 from tests.support.small_study import SMALL_STUDY
 
 ROOT = Path(__file__).parents[3]
@@ -97,6 +100,35 @@ def test_roads_know_the_places_of_their_bodies():
     assert np.abs(arrays["target_range"] - found).min() < cell
     assert np.ptp(arrays["target_azimuth"]) > 0.0
     assert arrays["path_delay"].size >= arrays["target_range"].size
+
+
+def test_ramps_of_others_cross_where_samples_are_hit():
+    """Where direct interference is strong, the other radar's frequency is within the IF band."""
+    arrays = frame_arrays(DatasetPlan(source="direct", seed=2, num_frames=1), 0)
+    rate = 20e6
+    line_of_sight = arrays["path_delay"][arrays["path_transmitter"] != 0].min()
+    strong = np.abs(arrays["interference"]).max(axis=0)
+    ramp, fast = np.nonzero(strong > 0.3 * strong.max())
+    assert ramp.size > 10
+    time = arrays["first"][ramp] + fast / rate
+    own = arrays["start_frequency"] - arrays["slope"] * arrays["start_time"]
+    since = (time - line_of_sight)[:, None] - arrays["other_start_time"]
+    other = arrays["other_start_frequency"] + arrays["other_slope"] * since
+    other[(since < 0) | (since > arrays["other_duration"])] = np.nan
+    apart = np.abs(other - (own[ramp] + arrays["slope"][ramp] * time)[:, None])
+    assert np.nanmin(apart, axis=1).max() < rate
+
+
+def test_each_ramp_has_the_weights_of_its_transmitting_elements(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(SMALL_STUDY, encoding="utf-8")
+    study = load_study(path)
+    own = study.radars[0]
+    coded = replace(own, array=replace(own.array, num_transmitters=2), coding=TimeDivision())
+    study = replace(study, radars=(coded, *study.radars[1:]))
+    weight = frame_arrays(DatasetPlan(source=study, seed=1, num_frames=1), 0)["transmit_weight"]
+    sweep = np.arange(len(weight)) // 2
+    assert np.array_equal(weight, np.eye(2)[sweep % 2])
 
 
 def test_a_study_gives_truth_and_paths(tmp_path):

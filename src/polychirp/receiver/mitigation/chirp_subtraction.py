@@ -32,9 +32,8 @@ LEAST_SINGULAR: Final = 1e-6
 FIRST_EXCESS: Final = 100.0
 """Ratio by which the first chirp of a ramp must exceed the threshold. Chosen: with 261 samples it
 is then 10 dB above the noise of a sample. What is left of the strong echoes of bodies of many
-facets, after their tones are subtracted, resembles weaker chirps: with 10 as the ratio, up to a
-third of the ramps of clean traced streets changed; with this one, up to a sixth, in 5 frames of
-24."""
+facets, after their tones are subtracted, resembles weaker chirps, most of them of a sweep that is
+no longer than a body."""
 
 LEAST_PROGRESS: Final = 0.1
 """Least share of a chosen atom's energy by which the residue must fall; chosen. A pursuit that
@@ -64,10 +63,11 @@ class ChirpSubtraction(Spec):
     on which it does not end is left as it is. The method is linear once the atoms are chosen.
 
     Chirps that sweep over fewer than ``least_sweep`` cells of a ramp's spectrum are not told from
-    echoes of extended bodies, and stay; so do bursts shorter than ``shortest`` of the ramp, which
-    `Burg` and `MatrixPencil` repair. Of an echo, what is alike to the chirps is subtracted with
-    them: some 3 (DEGREE + 1) of N samples' worth at most. With N samples, each choice takes some
-    4 N² log₂ N real multiplications for the search, and 8 K² N for the fit of K atoms.
+    echoes of extended bodies, and stay: 32 cells are 12 m with 400 MHz, the length of a lorry. So
+    do bursts shorter than ``shortest`` of the ramp, which `Burg` and `MatrixPencil` repair. Of an
+    echo, what is alike to the chirps is subtracted with them: some 3 (DEGREE + 1) of N samples'
+    worth at most. With N samples, each choice takes some 4 N² log₂ N real multiplications for the
+    search, and 8 K² N for the fit of K atoms.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class ChirpSubtraction(Spec):
 
     kind: Literal["chirp-subtraction"] = "chirp-subtraction"
     shortest: float = 0.4
-    least_sweep: float = 12.0
+    least_sweep: float = 32.0
     most: Annotated[int, Between(greatest=256)] = 40
     false_mitigation: float = 1e-3
 

@@ -23,6 +23,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError, RunError
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 from polychirp.scoring.burst_detection import hit_in_truth
 from polychirp.study.mitigation.engine_frames import (
@@ -42,7 +43,7 @@ from polychirp.study.provenance import canonical_json, versions
 from polychirp.study.spec import Study
 from polychirp.units import from_db
 
-FORMAT: Final = "polychirp dataset, version 2"
+FORMAT: Final = "polychirp dataset, version 3"
 
 GRID: Final = "arim-grid"
 """Preset that takes the cells of ARIM's grid in turn: frame n is of cell n modulo 960."""
@@ -61,7 +62,9 @@ ARRAYS: Final[Mapping[str, tuple[tuple[str, ...], str, str]]] = {
     "first": (("ramp",), "s", "time of each ramp's first sample"),
     "start_time": (("ramp",), "s", "start of each ramp"),
     "start_frequency": (("ramp",), "Hz", "of each ramp"),
+    "duration": (("ramp",), "s", "of each ramp"),
     "slope": (("ramp",), "Hz/s", "of each ramp"),
+    "transmit_weight": (("ramp", "element"), "", "of each transmitting element; 1: full power"),
     "target_range": (("target",), "m", "of each target, in the middle of the frame"),
     "target_range_rate": (("target",), "m/s", "positive: away; 0 for a single ramp of a preset"),
     "target_azimuth": (("target",), "rad", "positive: left; 0 for presets of one channel"),
@@ -70,6 +73,11 @@ ARRAYS: Final[Mapping[str, tuple[tuple[str, ...], str, str]]] = {
     "path_transmitter": (("path",), "", "number of the transmitting radar; of bodies only"),
     "path_delay": (("path",), "s", "of each path to the radar"),
     "path_gain": (("path",), "", "norm of its polarimetric transfer"),
+    "other_radar": (("other",), "", "number of the radar of each ramp of others; of bodies only"),
+    "other_start_time": (("other",), "s", "start of each ramp of others, at their antennas"),
+    "other_start_frequency": (("other",), "Hz", "of each ramp of others"),
+    "other_duration": (("other",), "s", "of each ramp of others"),
+    "other_slope": (("other",), "Hz/s", "of each ramp of others"),
 }
 """Axes, unit and meaning of the arrays of a frame."""
 
@@ -151,8 +159,9 @@ def frame_arrays(plan: DatasetPlan, number: int) -> dict[str, NDArray[Any]]:
     """All `ARRAYS` of a frame by name.
 
     >>> arrays = frame_arrays(DatasetPlan(source="tu-delft", seed=1, num_frames=1), 0)
-    >>> sorted(set(ARRAYS) - set(arrays))
-    ['cell', 'path_delay', 'path_gain', 'path_transmitter']
+    >>> missing = sorted(set(ARRAYS) - set(arrays))
+    >>> missing[0], missing[-3:]
+    ('cell', ['path_delay', 'path_gain', 'path_transmitter'])
     >>> bool(np.allclose(arrays["clean"] + arrays["interference"], arrays["interfered"], atol=1e-5))
     True
     """
@@ -164,8 +173,8 @@ def frame_arrays(plan: DatasetPlan, number: int) -> dict[str, NDArray[Any]]:
 
 
 def _truth(one: StudyFrame) -> dict[str, NDArray[Any]]:
-    """Targets and paths of a frame of a study."""
-    return {
+    """Targets, paths and ramps of the other radars of a frame of a study."""
+    return _ramps(one.others) | {
         "target_range": one.truth.range,
         "target_range_rate": one.truth.range_rate,
         "target_azimuth": one.truth.azimuth,
@@ -173,6 +182,21 @@ def _truth(one: StudyFrame) -> dict[str, NDArray[Any]]:
         "path_transmitter": one.paths.transmitter,
         "path_delay": one.paths.delay,
         "path_gain": np.linalg.norm(one.paths.transfer, axis=(1, 2)),
+    }
+
+
+def _ramps(others: Mapping[int, RampSchedule]) -> dict[str, NDArray[Any]]:
+    """Ramps of all other radars, one radar after the other."""
+    owners = [np.full(one.num_ramps, number) for number, one in others.items()]
+    nothing: NDArray[Any] = np.zeros(0)
+
+    def joined(name: str) -> NDArray[Any]:
+        return np.concatenate([nothing, *(getattr(one, name) for one in others.values())])
+
+    names = ("start_time", "start_frequency", "duration", "slope")
+    return {
+        "other_radar": np.concatenate([nothing.astype(np.int64), *owners]),
+        **{f"other_{name}": joined(name) for name in names},
     }
 
 
@@ -235,7 +259,9 @@ def _samples(frame: IfFrame, parts: IfParts) -> dict[str, NDArray[Any]]:
         "first": frame.times.first,
         "start_time": own.start_time,
         "start_frequency": own.start_frequency,
+        "duration": own.duration,
         "slope": own.slope,
+        "transmit_weight": own.transmit_weight,
     }
 
 

@@ -18,6 +18,7 @@ from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.radar import Converter
+from polychirp.model.ramp import RampSchedule
 from polychirp.model.truth import Truth
 from polychirp.rng import Streams
 from polychirp.study.random_draw import sample_street
@@ -178,12 +179,16 @@ def road_radar(
 
 
 class StudyFrame(NamedTuple):
-    """A frame of a study with its parts, the truth in its middle, and the paths to its radar."""
+    """A frame of a study with its parts, the truth in its middle, and the paths to its radar.
+
+    ``others`` are the schedules of the other radars by their number.
+    """
 
     frame: IfFrame
     parts: IfParts
     truth: Truth
     paths: PropagationPaths
+    others: dict[int, RampSchedule]
 
 
 def frame_of_study(study: Study, *, victim: int | None = None) -> StudyFrame:
@@ -221,4 +226,5 @@ def frame_of_study(study: Study, *, victim: int | None = None) -> StudyFrame:
         has_occlusion="occlusion" in study.tracer.capabilities,
     )
     paths = paths_at(middle, snapshots)
-    return StudyFrame(frame, parts, true, paths.select(paths.receiver == number))
+    others = {n: one for n, one in enumerate(schedules) if n != number}
+    return StudyFrame(frame, parts, true, paths.select(paths.receiver == number), others)
