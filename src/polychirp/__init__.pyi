@@ -77,6 +77,7 @@ from polychirp.waveform.permuted_chirps import PermutedChirps as PermutedChirps
 from polychirp.waveform.slope_sequence import SlopeSequence as SlopeSequence
 from polychirp.waveform.phase_coded_ramp import PhaseCodedRamp as PhaseCodedRamp
 from polychirp.waveform.pmcw import Pmcw as Pmcw
+from polychirp.waveform.mfsk import Mfsk as Mfsk
 from polychirp.waveform.noise import Noise as Noise
 from polychirp.waveform.access import Access as Access
 from polychirp.waveform.access import RandomStarts as RandomStarts
