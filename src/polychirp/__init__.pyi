@@ -120,6 +120,7 @@ from polychirp.receiver.selection import AutoReceiver as AutoReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver as CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler as RangeDoppler
 from polychirp.receiver.decoding.chain import Decoding as Decoding
+from polychirp.receiver.stepped.chain import MfskReceiver as MfskReceiver
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver as PaperReceiver
 from polychirp.receiver.detection.cfar import CfarWindow as CfarWindow
 from polychirp.receiver.mitigation.base import Mitigation as Mitigation

@@ -1,7 +1,5 @@
 """`MfskReceiver`: the receiver of two interleaved sequences of steps."""
 
-import math
-import warnings
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
@@ -9,7 +7,6 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.errors import CapabilityError, ModelWarning, PhysicsError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
@@ -24,13 +21,9 @@ from polychirp.receiver.settings import DetectorSettings, need_speed
 from polychirp.receiver.signal_model.transmit_codes import virtual_channels
 from polychirp.receiver.stepped.solution import slowest, unambiguous_speed
 from polychirp.receiver.stepped.staircase import Staircase
+from polychirp.receiver.stepped.step_limits import refuse_high_pass, warn_of_motion
 from polychirp.receiver.stepped.steps import SEQUENCES, Steps, middle_time
 from polychirp.units import MetresPerSecond
-
-MOST_CELLS_MOVED: Final = 2.0
-"""Greatest motion within a sweep, in range cells, without a warning. Chosen: the phase bvt² of the
-range's change is then 0.5 cycles at the ends of the sweep, where the taper is small, and an echo
-loses 0.6 dB; at twice the motion it loses 2.2 dB."""
 
 PHASE_CYCLE: Final = 2.0 * np.pi
 
@@ -177,56 +170,3 @@ def turning_loss(stairs: Staircase, times: SampleTimes, range_rate: FloatArray) 
     window = times.most_samples / times.rate
     doppler = 2.0 * stairs.frequency * range_rate / SPEED_OF_LIGHT
     return np.asarray(np.sinc(doppler * window) ** 2)
-
-
-def warn_of_motion(stairs: Staircase, range_rate: FloatArray) -> None:
-    """Warn, with a `ModelWarning`, of detections that move by several range cells in the sweep."""
-    moved = float(np.max(np.abs(range_rate), initial=0.0)) * stairs.duration / stairs.range_cell
-    if moved > MOST_CELLS_MOVED:
-        warnings.warn(
-            f"a detection of the receiver 'mfsk' moves by {moved:.2g} range cells in the sweep, so "
-            "that its echo spreads over several beats and is weaker; use a shorter sweep or less "
-            "bandwidth",
-            ModelWarning,
-            stacklevel=3,
-        )
-
-
-def refuse_high_pass(*, has_high_pass: bool) -> None:
-    """Refuse a high-pass filter, which removes the beats of steps, with a `CapabilityError`."""
-    if has_high_pass:
-        raise CapabilityError(
-            "the beats of steps are Doppler frequencies about 0 Hz, which the high-pass filter of "
-            "the front end removes; leave front_end.high_pass out"
-        )
-
-
-def refuse_early_samples(
-    schedule: RampSchedule, times: SampleTimes, *, greatest_range: float
-) -> None:
-    """Refuse a converter that starts before the echo of its step arrives, with a `PhysicsError`."""
-    delay = 2.0 * greatest_range / SPEED_OF_LIGHT
-    start = float(np.min(times.first - schedule.start_time))
-    if start < delay * (1 - 1e-9):
-        raise PhysicsError(
-            f"the converter starts {start * 1e6:.4g} µs after a step's start, before echoes from "
-            f"the receiver's greatest range of {greatest_range:g} m arrive; set converter.start to "
-            f"'{math.ceil(delay * 1e9)} ns' or more, and half the length of the IF filter's "
-            "response longer"
-        )
-
-
-def refuse_ambiguous(receiver: MfskReceiver, schedule: RampSchedule) -> None:
-    """Refuse steps on which targets at rest at different ranges look alike.
-
-    Raises
-    ------
-    CapabilityError
-        Two ranges within the receiver's limits have equal beats and phases.
-    """
-    if receiver.unambiguous_speed(schedule) <= 0.0:
-        raise CapabilityError(
-            f"targets of one speed look alike at two ranges up to {receiver.greatest_range:g} m, "
-            "the receiver's greatest range; use more steps, less bandwidth or a smaller shift, or "
-            "lower receiver.greatest_range"
-        )

@@ -59,7 +59,7 @@ def beat_and_phase(
     ...     frequency=76.5e9)
     >>> beat, phase = beat_and_phase(one, distance=30.0, range_rate=10.0)
     >>> round(float(beat)), round(float(phase), 4)
-    (15111, -0.049)
+    (15110, -0.049)
     """
     slope, scale = steps.increment / steps.interval, 2.0 / SPEED_OF_LIGHT
     beat = scale * (slope * np.asarray(distance) + steps.frequency * np.asarray(range_rate))

@@ -65,6 +65,16 @@ class Steps(Sealed):
         """Amplitudes in the middle of each sequence, V ``(channel, sequence, beat)``."""
         return np.asarray(self.value @ self._turns(beat))
 
+    def spectrum(self, *, padding: int) -> ComplexArray:
+        """Amplitudes as of `amplitude` at beats from 0 to 1/T: ``(channel, sequence, cell)``.
+
+        The cells are ``padding`` times narrower than those of `power`.
+        """
+        size = padding * self.time.size
+        beat = np.arange(size) / (size * self.interval)
+        to_middle = np.exp(-2j * np.pi * self.time[0] * beat)
+        return np.asarray(np.fft.fft(self.value, size, axis=2) * to_middle)
+
     def peaks(self, beat: FloatArray) -> FloatArray:
         """Beats, Hz, at which the power is greatest, near ``beat``; at most half a cell away.
 
