@@ -60,17 +60,18 @@ def refuse_early_samples(
 def refuse_ambiguous(
     schedule: RampSchedule, *, least_range: float, greatest_range: float
 ) -> None:
-    """Refuse steps on which targets of one range rate look alike at two ranges within limits, m.
+    """Refuse steps on which two ranges within limits, m, look alike at one range rate.
 
-    `CapabilityError` is raised.
+    Range rates within a cell count as one. `CapabilityError` is raised.
     """
+    stairs = Staircase.of(schedule)
     speed = unambiguous_speed(
-        Staircase.of(schedule),
+        stairs,
         least_range=least_range,
         greatest_range=greatest_range,
-        greatest_speed=1.0,
+        greatest_speed=stairs.rate_cell,
     )
-    if speed <= 0.0:
+    if speed < 0.5 * stairs.rate_cell:
         raise CapabilityError(
             f"targets of one speed look alike at two ranges up to {greatest_range:g} m, the "
             "receiver's greatest range; use more steps, less bandwidth or a smaller shift, or "
