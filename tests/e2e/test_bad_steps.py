@@ -48,7 +48,9 @@ GOOD = (Path(__file__).parents[2] / "studies" / "mfsk.toml").read_text(encoding=
         ),
     ],
 )
-def test_a_study_of_steps_that_cannot_run_says_why(verb, old, new, code, sentence, tmp_path, capsys):
+def test_a_study_of_steps_that_cannot_run_says_why(
+    verb, old, new, code, sentence, tmp_path, capsys
+):
     assert old in GOOD
     file = tmp_path / "mfsk.toml"
     file.write_text(GOOD.replace(old, new, 1), encoding="utf-8")

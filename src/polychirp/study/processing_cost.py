@@ -27,8 +27,8 @@ class ProcessingCost:
 
     with two windows. For ramps that differ, each cell of the coherent map needs one multiplication
     for each ramp and channel after the M transforms. The receiver of MFSK has a window and a
-    transform of each of two sequences of steps, whose samples are added. A fit of points comes on top, with as many
-    multiplications as samples for each point and step.
+    transform of each of two sequences of steps, whose samples are added. A fit of points comes on
+    top, with as many multiplications as samples for each point and step.
 
     Parameters
     ----------

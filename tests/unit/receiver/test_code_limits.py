@@ -74,9 +74,7 @@ def test_the_decoder_refuses_unequal_intervals():
 )
 def test_samples_that_cannot_be_correlated_are_refused(change, greatest, error, sentence):
     with pytest.raises(error, match=sentence):
-        refuse_unsampled(
-            Decoding(greatest_range=greatest), CARRIER, of(replace(GOOD, **change))
-        )
+        refuse_unsampled(Decoding(greatest_range=greatest), CARRIER, of(replace(GOOD, **change)))
 
 
 def test_echoes_of_an_almost_perfect_code_repeat_after_half_its_length():

@@ -250,9 +250,7 @@ class StepSums:
                 for rate in self.axes.range_rate
             ]
         )
-        return RangeRateMap(
-            power=power, range_rate=self.axes.range_rate, range=self.axes.range
-        )
+        return RangeRateMap(power=power, range_rate=self.axes.range_rate, range=self.axes.range)
 
     @property
     def place(self) -> FloatArray:
@@ -261,9 +259,7 @@ class StepSums:
 
     def beam_power(self, cell: IntArray, beams: ComplexArray) -> FloatArray:
         """Power of beams ``(beam, channel)`` in cells ``(cell, 2)``, W, ``(beam, cell)``."""
-        amplitude = self._amplitude(
-            self.axes.range[cell[:, 1]], self.axes.range_rate[cell[:, 0]]
-        )
+        amplitude = self._amplitude(self.axes.range[cell[:, 1]], self.axes.range_rate[cell[:, 0]])
         return np.asarray(np.abs(beams @ amplitude) ** 2)
 
     def _amplitude(self, distance: FloatArray, rate: FloatArray | float) -> ComplexArray:

@@ -154,6 +154,4 @@ def slowest(
     best = np.argmin(np.where(inside, np.abs(rate), np.inf), axis=1)
     chosen = np.arange(len(distance)), best
     known = inside[chosen]
-    return Motion(
-        np.where(known, distance[chosen], np.nan), np.where(known, rate[chosen], np.nan)
-    )
+    return Motion(np.where(known, distance[chosen], np.nan), np.where(known, rate[chosen], np.nan))

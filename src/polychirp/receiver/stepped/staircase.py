@@ -86,28 +86,34 @@ def unreadable(schedule: RampSchedule) -> str:
     """
     if not schedule.is_stepped:
         return "its ramps are no steps of constant frequency"
+    return _miscounted(schedule) or _uneven(schedule)
+
+
+def _miscounted(schedule: RampSchedule) -> str:
+    """Reason for which elements, sweeps or steps are too many or too few; empty if they fit."""
     if schedule.num_elements > 1:
         return f"{schedule.num_elements} transmitting elements share its sweep"
     if (sweeps := int(schedule.sweep[-1]) + 1) > 1:
         return f"it has {sweeps} sweeps"
     if schedule.num_ramps % 2 or schedule.num_ramps < 2 * FEWEST_STEPS:
         return f"it has {schedule.num_ramps} steps"
-    if np.ptp(schedule.duration) > MOST_UNEVEN * schedule.duration[0]:
-        return "its steps differ in duration"
+    return ""
+
+
+def _uneven(schedule: RampSchedule) -> str:
+    """Reason for which steps are no two different sequences of equal steps; empty if they are."""
     start, frequency = schedule.start_time, schedule.start_frequency
     increment, interval = _mean_step(frequency[::2]), _mean_step(start[::2])
-    if increment == 0.0:
-        return "its first sequence holds one frequency"
-    for first in (0, 1):
-        number = np.arange(schedule.num_ramps // 2)
-        even = frequency[first] + increment * number
-        if np.max(np.abs(frequency[first::2] - even)) > MOST_UNEVEN * abs(increment):
-            return "its steps rise by different frequencies"
-        if np.max(np.abs(start[first::2] - start[first] - interval * number)) > (
-            MOST_UNEVEN * interval
-        ):
-            return "its steps start at different intervals"
-    late, shift = start[1] - start[0], frequency[1] - frequency[0]
+    shift, late = float(frequency[1] - frequency[0]), float(start[1] - start[0])
+    number, second = np.divmod(np.arange(schedule.num_ramps), 2)
+    off_frequency = frequency - frequency[0] - number * increment - second * shift
+    off_time = start - start[0] - number * interval - second * late
+    if np.ptp(schedule.duration) > MOST_UNEVEN * schedule.duration[0]:
+        return "its steps differ in duration"
+    if np.max(np.abs(off_frequency)) > MOST_UNEVEN * abs(increment) or increment == 0.0:
+        return "its steps rise by different frequencies"
+    if np.max(np.abs(off_time)) > MOST_UNEVEN * interval:
+        return "its steps start at different intervals"
     if abs(shift - increment * late / interval) < MOST_UNEVEN * abs(increment):
         return "both sequences are on one line, whose phase says no more than its beat"
     return ""

@@ -57,9 +57,7 @@ def refuse_early_samples(
         )
 
 
-def refuse_ambiguous(
-    schedule: RampSchedule, *, least_range: float, greatest_range: float
-) -> None:
+def refuse_ambiguous(schedule: RampSchedule, *, least_range: float, greatest_range: float) -> None:
     """Refuse steps on which two ranges within limits, m, look alike at one range rate.
 
     Range rates within a cell count as one. `CapabilityError` is raised.

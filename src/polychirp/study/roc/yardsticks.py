@@ -21,10 +21,9 @@ from polychirp.receiver.stepped.staircase import Staircase
 from polychirp.receiver.stepped.steps import SEQUENCES
 from polychirp.scoring.ideal_detector import cell_threshold
 
-
 PHASE_LIMIT: Final = 0.1
-"""Error of the phase between two sequences of steps that a detection may have, cycles. Chosen: three
-standard deviations at an SNR of 14 dB in a cell, where one of 1e-6 false alarms is detected."""
+"""Greatest error of the phase between two sequences of steps, cycles. Chosen: three standard
+deviations at an SNR of 14 dB in a cell, about the threshold at a probability of 1e-6."""
 
 
 class Extent(NamedTuple):

@@ -17,8 +17,8 @@ from polychirp.receiver.selection import (
     refuse_unsampled,
 )
 from polychirp.receiver.stepped.chain import MfskReceiver
-from polychirp.receiver.stepped.step_limits import warn_of_motion
 from polychirp.receiver.stepped.staircase import Staircase
+from polychirp.receiver.stepped.step_limits import warn_of_motion
 from polychirp.rng import Streams
 from polychirp.waveform import Mfsk
 from tests.support.points import HandPoint, frame_of
@@ -82,24 +82,24 @@ def test_ranges_that_look_alike_at_one_speed_are_refused():
 
 def test_a_converter_before_the_echo_is_refused():
     early = Radar(name="front", converter=replace(GOOD, start=0.1e-6))
-    with pytest.raises(PhysicsError, match="set converter.start to '201 ns' or more"):
+    with pytest.raises(PhysicsError, match=r"set converter\.start to '201 ns' or more"):
         refuse_unsampled(MfskReceiver(greatest_range=30.0), STEPS, early)
 
 
 def test_a_high_pass_is_refused_before_the_run_and_in_a_frame():
     front_end = FrontEnd(high_pass=HighPass(corners=(1e5,)))
     radar = Radar(name="front", converter=GOOD, front_end=front_end)
-    with pytest.raises(CapabilityError, match="leave front_end.high_pass out"):
+    with pytest.raises(CapabilityError, match=r"leave front_end\.high_pass out"):
         refuse_unsampled(MfskReceiver(), STEPS, radar)
     frame = replace(frame_of(STEPS, [], converter=GOOD), high_pass=front_end.high_pass)
-    with pytest.raises(CapabilityError, match="leave front_end.high_pass out"):
+    with pytest.raises(CapabilityError, match=r"leave front_end\.high_pass out"):
         MfskReceiver().detect(frame)
 
 
 def test_a_target_that_moves_several_cells_in_a_sweep_is_warned_of():
     long = replace(WAVEFORM, num_steps=1024, step_duration=20e-6)
     steps = long.schedule(num_sweeps=1, streams=Streams(1))
-    with pytest.warns(ModelWarning, match="moves by 4.9 range cells in the sweep"):
+    with pytest.warns(ModelWarning, match=r"moves by 4\.9 range cells in the sweep"):
         warn_of_motion(Staircase.of(steps), np.array([-30.0]))
     frame = frame_of(steps, [HandPoint(range=9.0, range_rate=28.0, power=100.0)], converter=GOOD)
     with pytest.warns(ModelWarning, match="range cells in the sweep"):
