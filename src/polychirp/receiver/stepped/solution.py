@@ -138,9 +138,9 @@ def slowest(
     greatest_range: float,
     greatest_speed: float,
 ) -> Motion:
-    """Of each pair of beat and phase ``(detection,)``, the slowest motion within the limits.
+    """The slowest motion within the limits that has each beat and phase, ``(detection,)``.
 
-    Both are NaN if there is none.
+    Range and range rate are NaN if there is none.
     """
     first = solved(steps, beat=beat, phase=phase)
     # moves every first solution, of a beat and a phase near zero, to all within the limits
