@@ -74,3 +74,5 @@ def test_the_slowest_motion_within_the_limits_is_taken_and_none_is_said():
     np.testing.assert_allclose(found.range_rate, [11.0, -9.0], rtol=1e-9)
     nearer = slowest(PUBLISHED, **wrapped, **{**limits, "greatest_range": 50.0})
     np.testing.assert_array_equal(np.isnan(nearer.range), [True, False])
+    both = slowest(PUBLISHED, **wrapped, **{**limits, "greatest_speed": 60.0})
+    np.testing.assert_allclose(both.range_rate, [11.0, -9.0], rtol=1e-9)
