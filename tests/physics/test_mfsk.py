@@ -88,8 +88,8 @@ def test_a_greater_shift_tells_the_range_better():
 def test_noise_is_detected_as_often_as_stated():
     """A receiver whose limits hold all beats and phases detects each crossing that is a maximum.
 
-    Of the neighbours that the taper correlates, one is the maximum: 0.82 of the crossings, counted in 400 frames. Training
-    cells that it correlates allow 15 %, and 60 frames 6 %.
+    Of the neighbours that the taper correlates, one is the maximum: 0.82 of the crossings, counted
+    in 400 frames. Training cells that it correlates allow 15 %, and 60 frames 6 %.
     """
     schedule = sent(bandwidth=60e6)
     stairs = Staircase.of(schedule)
