@@ -77,6 +77,7 @@ from polychirp.waveform.permuted_chirps import PermutedChirps as PermutedChirps
 from polychirp.waveform.slope_sequence import SlopeSequence as SlopeSequence
 from polychirp.waveform.phase_coded_ramp import PhaseCodedRamp as PhaseCodedRamp
 from polychirp.waveform.pmcw import Pmcw as Pmcw
+from polychirp.waveform.mfsk import Mfsk as Mfsk
 from polychirp.waveform.noise import Noise as Noise
 from polychirp.waveform.access import Access as Access
 from polychirp.waveform.access import RandomStarts as RandomStarts
@@ -119,6 +120,7 @@ from polychirp.receiver.selection import AutoReceiver as AutoReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver as CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler as RangeDoppler
 from polychirp.receiver.decoding.chain import Decoding as Decoding
+from polychirp.receiver.stepped.chain import MfskReceiver as MfskReceiver
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver as PaperReceiver
 from polychirp.receiver.detection.cfar import CfarWindow as CfarWindow
 from polychirp.receiver.mitigation.base import Mitigation as Mitigation

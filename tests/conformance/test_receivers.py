@@ -25,9 +25,10 @@ from polychirp.receiver.selection import (
     refuse_unreadable,
 )
 from polychirp.receiver.signal_model.point_signal import path_of
+from polychirp.receiver.stepped.chain import MfskReceiver
 from polychirp.rng import Streams
 from polychirp.study.kernel_parts import _OF_RECEIVER
-from polychirp.waveform import Pmcw, Sawtooth, Triangular
+from polychirp.waveform import Mfsk, Pmcw, Sawtooth, Triangular
 from tests.support.points import HandPoint, frame_of
 from tests.support.schedules import drawn_chirps
 
@@ -38,6 +39,7 @@ CHIRPS = Sawtooth(bandwidth=1e9, ramp_duration=40e-6, idle=20e-6).schedule(
 CARRIER = Pmcw(order=9, chip_duration=1.6e-9, periods=6, idle=40e-6).schedule(
     num_sweeps=64, streams=Streams(1)
 )
+STEPS = Mfsk(num_steps=256, step_duration=8e-6).schedule(num_sweeps=1, streams=Streams(1))
 CHIPS = Converter(sample_rate=625e6, start=0.8176e-6, margin=0.0)
 FAST = Converter(sample_rate=20e6, start=2e-6, margin=1e-6)
 SLOW = Converter()
@@ -47,6 +49,7 @@ CASES = {
     "coherent": (CoherentReceiver(greatest_range=15.0), drawn_chirps(32, seed=1), FAST),
     "range-doppler": (RangeDoppler(greatest_range=15.0), CHIRPS, FAST),
     "decoding": (Decoding(greatest_range=15.0), CARRIER, CHIPS),
+    "mfsk": (MfskReceiver(greatest_range=15.0), STEPS, FAST),
     "paper": (PaperReceiver(greatest_range=15.0), TRIANGLES, SLOW),
 }
 """A receiver of every kind, with ramps that it reads and a converter for them."""
@@ -182,6 +185,7 @@ def test_points_of_one_body_are_grouped(case):
         (RangeDoppler(), TRIANGLES, "differ in slope"),
         (PaperReceiver(), CHIRPS, "one ramp"),
         (PaperReceiver(), drawn_chirps(8, seed=1), "one ramp"),
+        (MfskReceiver(), CHIRPS, "no steps of constant frequency"),
     ],
 )
 def test_ramps_that_it_cannot_read_are_refused_with_what_works(receiver, schedule, reason):
@@ -196,6 +200,16 @@ def test_ramps_without_a_slope_are_refused(receiver):
     ramps = replace(drawn_chirps(8, seed=1), slope=np.where(np.arange(8) == 3, 0.0, 1e13))
     with pytest.raises(CapabilityError, match="ramp 3 has a constant frequency"):
         refuse_unreadable(receiver, ramps)
+
+
+@pytest.mark.parametrize("receiver", [CoherentReceiver(), RangeDoppler(), PaperReceiver()])
+def test_steps_are_refused_by_receivers_of_ramps_which_name_those_that_work(receiver):
+    for refuse in (
+        lambda: refuse_unreadable(receiver, STEPS),
+        lambda: receiver.detect(frame_of(STEPS, [], converter=FAST)),
+    ):
+        with pytest.raises(CapabilityError, match="the receivers 'auto' and 'mfsk' read"):
+            refuse()
 
 
 @pytest.mark.parametrize("change", [{"least_range": 0.0}, {"greatest_range": 0.1}])

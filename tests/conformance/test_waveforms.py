@@ -15,6 +15,7 @@ from polychirp.waveform import (
     DiverseTriangular,
     FixedTriangular,
     Hopping,
+    Mfsk,
     Noise,
     PermutedChirps,
     PhaseCodedRamp,
@@ -55,6 +56,8 @@ FAMILIES = [
     Pmcw(code="gold", order=7, periods=2),
     Pmcw(code="almost-perfect", order=6, idle=0.0),
     Noise(num_chips=64),
+    Mfsk(),
+    Mfsk(num_steps=16, shift=2e8, idle=1e-6),
 ]
 DRAWN = [family for family in FAMILIES if "Diverse" in repr(family) or "Fixed" in repr(family)]
 CODED = (PhaseCodedSawtooth,)

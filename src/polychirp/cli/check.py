@@ -119,7 +119,10 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         if radar.beat_band[1] > 0.0
         else _ABSENT,
         "range after which echoes repeat": f"{radar.greatest_range:.4g} m"
-        if radar.beat_band[1] == 0.0
+        if radar.beat_band[1] == 0.0 and radar.chips_per_ramp
+        else _ABSENT,
+        "greatest range (first sample)": f"{radar.greatest_range:.4g} m"
+        if radar.beat_band[1] == 0.0 and not radar.chips_per_ramp
         else _ABSENT,
         "beat band": _prefixed_span(radar.beat_band, "Hz"),
         "chips per ramp": str(radar.chips_per_ramp) if radar.chips_per_ramp else _ABSENT,

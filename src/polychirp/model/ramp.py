@@ -123,6 +123,26 @@ class RampSchedule:
         return swept if self.code is None else np.maximum(swept, self.code.bandwidth)
 
     @property
+    def is_stepped(self) -> bool:
+        """True if all ramps hold their frequencies, which differ, and carry no code.
+
+        1e-6 of the band (chosen) allows for a clock that drifts.
+        """
+        steps = float(np.ptp(self.start_frequency))
+        return self.code is None and float(np.max(self.bandwidth)) < 1e-6 * steps
+
+    @property
+    def resolving_bandwidth(self) -> FloatArray:
+        """Band that resolves ranges on each ramp, Hz, ``(ramp,)``.
+
+        It is the `bandwidth` of the ramp; if all ramps are steps, that from the lowest step to the
+        highest one.
+        """
+        if self.is_stepped:
+            return np.full(self.num_ramps, float(np.ptp(self.start_frequency)))
+        return self.bandwidth
+
+    @property
     def occupied(self) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest frequency of each ramp, Hz ``(ramp,)``, with the band of its code.
 

@@ -11,6 +11,8 @@ The subpackages and modules in reading order; other packages may use the names b
 - `settings`: what all receivers share.
 - `coherent`: all samples in phase, for ramps of any slopes: `chain.CoherentReceiver`.
 - `range_doppler`: Fourier transforms, for equal chirps: `chain.RangeDoppler`.
+- `decoding`: codes within ramps are removed first: `chain.Decoding`.
+- `stepped`: two sequences of steps of constant frequency: `chain.MfskReceiver`.
 - `alternatives`: the receiver as the paper describes it, for triangles: `PaperReceiver`.
 - `selection`: the receivers of a study file, and the choice of one: `AnyReceiver`, `receiver_for`.
 - `mimo`: the virtual array of several transmitting elements: `virtual_array`, `virtual_parts`,

@@ -25,6 +25,7 @@ from polychirp.receiver.signal_model.point_signal import (
     matched_amplitudes,
 )
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
+from polychirp.receiver.stepped.chain import MfskReceiver
 
 
 def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, PartPowers]:
@@ -150,10 +151,18 @@ def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float
     The power averaged over channels has a median over range cells, up to the receiver's greatest
     range. The floor is the mean of these medians over ramps; a ghost fills few cells and hardly
     changes it. The floor of interference, leakage, distortion and noise together is divided by
-    that of noise alone, both after the mitigation that was chosen for the whole frame.
+    that of noise alone, both after the mitigation that was chosen for the whole frame. The receiver
+    of MFSK has one spectrum of all steps, with beats of all signs.
     """
     if isinstance(receiver, Decoding):
         return floor_rise(*_decoded(receiver, frame, parts))
+    disturbance = parts.total("direct", "indirect", "leakage", "distortion", "noise")
+    if isinstance(receiver, MfskReceiver):
+        medians = [
+            np.median(receiver.steps_of(frame, samples).power)
+            for samples in (disturbance, parts.noise)
+        ]
+        return float(medians[0] / medians[1])
     cleaned = mitigated(receiver.mitigation, frame)
     weight = hann_weights(cleaned.weight)
     size = spectrum_size(frame.times)
@@ -167,7 +176,6 @@ def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float
         medians = [np.median(power[k, inside[k]]) for k in range(power.shape[0])]
         return float(np.mean(medians))
 
-    disturbance = parts.total("direct", "indirect", "leakage", "distortion", "noise")
     return floor(cleaned.repair(disturbance)) / floor(cleaned.repair(parts.noise))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from polychirp.errors import CapabilityError, InputError, no_such
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import sample_times
-from polychirp.model.radar import Converter
+from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.alternatives.triangular_pairing import refuse_unpaired
@@ -31,16 +31,23 @@ from polychirp.receiver.settings import (
     SearchSettings,
     need_dynamic_range,
 )
-from polychirp.receiver.signal_model.equal_ramps import refuse_code
+from polychirp.receiver.signal_model.equal_ramps import refuse_code, refuse_steps
 from polychirp.receiver.signal_model.transmit_codes import (
     need_own_line,
     virtual_channels,
     virtual_line,
 )
+from polychirp.receiver.stepped.chain import MfskReceiver
+from polychirp.receiver.stepped.staircase import refuse_unstepped
+from polychirp.receiver.stepped.step_limits import (
+    refuse_ambiguous,
+    refuse_early_samples,
+    refuse_high_pass,
+)
 from polychirp.spec import ByKind, chosen_by_kind, kinds_of
 from polychirp.units import Ratio
 
-FrameReceiver = CoherentReceiver | RangeDoppler | Decoding | PaperReceiver
+FrameReceiver = CoherentReceiver | RangeDoppler | Decoding | MfskReceiver | PaperReceiver
 """Receivers that read a frame themselves."""
 
 
@@ -50,9 +57,10 @@ class AutoReceiver(SearchSettings):
 
     Equal chirps at equal intervals, or in subframes of such, have one beat for each range, and
     their speeds come from the phases between chirps: they have range-Doppler processing, after
-    decoding if chips within them are coded. The coherent receiver reads all other ramps.
+    decoding if chips within them are coded. Steps of constant frequency have the receiver of MFSK.
+    The coherent receiver reads all other ramps.
 
-    It chooses `RangeDoppler`, `Decoding` or `CoherentReceiver`.
+    It chooses `RangeDoppler`, `Decoding`, `MfskReceiver` or `CoherentReceiver`.
 
     Parameters
     ----------
@@ -70,19 +78,28 @@ class AutoReceiver(SearchSettings):
         """The receiver that reads these ramps, with the settings that it knows."""
         if schedule.code is not None:
             return Decoding(**_shared(Decoding, self))
+        if schedule.is_stepped:
+            return MfskReceiver(**_shared(MfskReceiver, self))
         kind = CoherentReceiver if unreadable(schedule) else RangeDoppler
         return kind(**_shared(kind, self))
 
 
 AnyReceiver = Annotated[
-    AutoReceiver | CoherentReceiver | RangeDoppler | Decoding | PaperReceiver,
+    AutoReceiver | CoherentReceiver | RangeDoppler | Decoding | MfskReceiver | PaperReceiver,
     ByKind(default="auto", group="polychirp.receivers", method="detect", base=SearchSettings),
 ]
 """Receivers of a study, and those of plug-ins; a study file that names no kind has the first."""
 
 RECEIVERS: Final = {
     kind().kind: kind
-    for kind in (AutoReceiver, CoherentReceiver, RangeDoppler, Decoding, PaperReceiver)
+    for kind in (
+        AutoReceiver,
+        CoherentReceiver,
+        RangeDoppler,
+        Decoding,
+        MfskReceiver,
+        PaperReceiver,
+    )
 }
 """Class of every receiver that a study may name, by its kind."""
 
@@ -91,6 +108,8 @@ def reason_of_choice(schedule: RampSchedule) -> str:
     """Reason for the choice of `AutoReceiver`, as the end of a sentence."""
     if schedule.code is not None:
         return "its ramps carry a code"
+    if schedule.is_stepped:
+        return "its ramps are steps of constant frequency"
     reason = unreadable(schedule)
     if reason:
         return reason
@@ -128,7 +147,7 @@ def readable_elements(
         estimators have the needs of `angle.directions.unfit`.
     """
     place, _ = virtual_channels(array, schedule.num_elements)
-    if not decodes_elements(receiver):
+    if not isinstance(receiver, MfskReceiver) and not decodes_elements(receiver):
         need_own_line(array)
         virtual_line(array, schedule.num_elements)
     elements = Elements.of(place, frequency=float(np.mean(schedule.centre_frequency)))
@@ -191,6 +210,8 @@ def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
         own(schedule)
         return
     receiver = receiver_for(receiver, schedule)
+    if not isinstance(receiver, MfskReceiver | Decoding):
+        refuse_steps(schedule, receiver.kind)
     if not isinstance(receiver, Decoding):
         refuse_code(schedule, f"the receiver '{receiver.kind}' does not remove")
     match receiver:
@@ -199,6 +220,13 @@ def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
             refuse_prediction(receiver.mitigation)
         case RangeDoppler():
             refuse(unreadable(schedule))
+        case MfskReceiver():
+            refuse_unstepped(schedule)
+            refuse_ambiguous(
+                schedule,
+                least_range=receiver.least_range,
+                greatest_range=receiver.greatest_range,
+            )
         case PaperReceiver():
             refuse_unpaired(schedule)
         case _ if np.any(schedule.slope == 0.0):
@@ -209,15 +237,20 @@ def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
             )
 
 
-def refuse_unsampled(receiver: AnyReceiver, schedule: RampSchedule, converter: Converter) -> None:
-    """Refuse a converter whose samples the receiver of these ramps cannot read.
+def refuse_unsampled(receiver: AnyReceiver, schedule: RampSchedule, radar: Radar) -> None:
+    """Refuse a radar whose samples the receiver of these ramps cannot read.
 
     Raises
     ------
     CapabilityError, PhysicsError
-        The samples of a coded carrier are too few, too slow or too early (`decoding.code_limits`).
+        The samples of a coded carrier are too few, too slow or too early (`decoding.code_limits`),
+        or those of steps are too early or behind a high-pass filter (`stepped.step_limits`).
     """
     chosen = receiver_for(receiver, schedule)
     if isinstance(chosen, Decoding):
-        times = sample_times(schedule, converter)
+        times = sample_times(schedule, radar.converter)
         refuse_samples(schedule, times, greatest_range=chosen.greatest_range)
+    if isinstance(chosen, MfskReceiver):
+        times = sample_times(schedule, radar.converter)
+        refuse_early_samples(schedule, times, greatest_range=chosen.greatest_range)
+        refuse_high_pass(has_high_pass=radar.front_end.high_pass is not None)

@@ -53,13 +53,14 @@ class Gate(Spec):
 
         the margins in range and range rate are the usual ones, or one cell if that is more; the
         margins in azimuth and elevation are the usual ones, or one cell if that is less. B is the
-        mean bandwidth of the ramps, and d the mean spacing of the M columns of channels, d' that of
-        the M' rows. The channels are those of the virtual array if several transmitting elements
-        share the frame. ``usual`` are the defaults of the class if it is None.
+        mean bandwidth of the ramps (`RampSchedule.resolving_bandwidth`), and d the mean spacing of
+        the M columns of channels, d' that of the M' rows. The channels are those of the virtual
+        array if several transmitting elements share the frame. ``usual`` are the defaults of the
+        class if it is None.
         """
         usual = usual or cls()
         wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
-        bandwidth = float(np.mean(schedule.bandwidth))
+        bandwidth = float(np.mean(schedule.resolving_bandwidth))
         end = schedule.start_time + schedule.duration
         frame = float(np.max(end) - np.min(schedule.start_time))
         return cls(

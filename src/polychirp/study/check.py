@@ -46,6 +46,8 @@ from polychirp.receiver.selection import (
     refuse_unsampled,
 )
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
+from polychirp.receiver.stepped.chain import MfskReceiver
+from polychirp.receiver.stepped.staircase import unreadable as unstepped
 from polychirp.study.random_draw import sample_street
 from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
@@ -89,7 +91,8 @@ class DerivedRadar:
         equal sweeps of the same transmitting elements gives without ambiguity:
         :math:`\lambda/4NT`. T is the interval from sweep to sweep, and N the number of sweeps after
         which the elements' code repeats, so that NT is the repetition interval of one transmitter;
-        in subframes, it is the greatest speed that all of them tell apart together
+        in subframes, it is the greatest speed that all of them tell apart together; of the
+        receiver of MFSK, the speed up to which no two targets within its ranges look alike
     unfolded_speed : m/s, greatest speed that the receiver reports as it is: that with N = 1 if it
         is the range-Doppler receiver and tells the speeds that a code leaves open apart, by empty
         bands of the code or by the beams of the virtual array, else ``unambiguous_speed``
@@ -100,7 +103,8 @@ class DerivedRadar:
     has_equal_sweeps : True if all sweeps are equal; with different sweeps, speeds above
         ``unambiguous_speed`` can be told apart
     greatest_range : m, range whose beat on the steepest ramp is at the edge of the IF filter's pass
-        band; of a coded carrier, the range after which echoes repeat
+        band; of a coded carrier, the range after which echoes repeat; of steps, the range whose
+        echo of a step arrives when the converter starts
     beat_band : Hz, beats of echoes from 0 m and from the receiver's greatest range, on the steepest
         ramp
     ramp_duration : s
@@ -490,8 +494,11 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
 def _sampled_band(schedule: RampSchedule, times: SampleTimes) -> FloatArray:
     """Width of the band over which each ramp is sampled, Hz ``(ramp,)``.
 
-    Of a coded carrier, it is the band of the chips, or that of the samples if that is less.
+    Of a coded carrier, it is the band of the chips, or that of the samples if that is less; of
+    steps, the band of all.
     """
+    if schedule.is_stepped:
+        return schedule.resolving_bandwidth
     swept = np.abs(schedule.slope) * times.num_samples / times.rate
     is_flat = schedule.slope == 0.0
     return np.where(is_flat, np.minimum(schedule.bandwidth, times.rate), swept)
@@ -502,6 +509,8 @@ def _greatest_range(radar: StudyRadar, schedule: RampSchedule) -> float:
     steepest = float(np.max(np.abs(schedule.slope)))
     if steepest == 0.0 and schedule.code is not None:
         return 0.5 * SPEED_OF_LIGHT * float(np.min(schedule.code.repetition))
+    if schedule.is_stepped:
+        return 0.5 * SPEED_OF_LIGHT * radar.converter.start
     return SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest)
 
 
@@ -514,6 +523,8 @@ def _num_chips(schedule: RampSchedule) -> int:
 
 def _unambiguous_speed(schedule: RampSchedule, receiver: FrameReceiver, code_length: int) -> float:
     """See `DerivedRadar`; ``code_length`` is that of a code whose folds are not told apart."""
+    if isinstance(receiver, MfskReceiver):
+        return 0.0 if unstepped(schedule) else receiver.unambiguous_speed(schedule)
     if isinstance(receiver, RangeDoppler) and has_subframes(schedule):
         return 0.5 * unambiguous_span(schedule, code_length=code_length)
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
@@ -573,7 +584,7 @@ def _need_readable(study: Study, schedule: RampSchedule, *, number: int) -> None
         except CapabilityError as error:
             raise CapabilityError(f"radars.{number}.coding: {error}") from None
     try:
-        refuse_unsampled(study.receiver, schedule, study.radars[number].converter)
+        refuse_unsampled(study.receiver, schedule, study.radars[number])
     except (CapabilityError, PhysicsError) as error:
         raise type(error)(f"radars.{number}: {error}") from None
     try:

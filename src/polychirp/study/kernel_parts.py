@@ -49,6 +49,7 @@ _ANY_TRIAL: Final = ("synthesis", "targets", "tables")
 _OF_RECEIVER: Final = {
     "range-doppler": "range-Doppler",
     "decoding": "range-Doppler",
+    "mfsk": "range-Doppler",
     "coherent": "coherent",
     "paper": "profiles",
 }

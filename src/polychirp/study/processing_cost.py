@@ -11,6 +11,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import FrameReceiver, receiver_for
+from polychirp.receiver.stepped.chain import MfskReceiver
 from polychirp.study.random_draw import sample_street
 from polychirp.study.spec import Study, schedule_of, victim_indices
 
@@ -25,8 +26,9 @@ class ProcessingCost:
     .. math:: M\,\tfrac N2\log_2 N + N\,\tfrac M2\log_2 M + 2 M N
 
     with two windows. For ramps that differ, each cell of the coherent map needs one multiplication
-    for each ramp and channel after the M transforms. A fit of points comes on top, with as many
-    multiplications as samples for each point and step.
+    for each ramp and channel after the M transforms. The receiver of MFSK has a window and a
+    transform of each of two sequences of steps, whose samples are added. A fit of points comes on
+    top, with as many multiplications as samples for each point and step.
 
     Parameters
     ----------
@@ -67,6 +69,9 @@ def processing_cost(study: Study) -> ProcessingCost:
     elif isinstance(receiver, Decoding):
         count = (_two_transforms(times) + _removal(schedule, times)) * channels
         cells = samples
+    elif isinstance(receiver, MfskReceiver):
+        count = (schedule.num_ramps + 2.0 * _transform(schedule.num_ramps // 2)) * channels
+        cells = float(schedule.num_ramps * channels)
     else:
         count, cells = _coherent_map(receiver, schedule, times, channels)
     frame = float(schedule.end_time[-1] - schedule.start_time[0])

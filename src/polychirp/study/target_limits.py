@@ -12,6 +12,8 @@ from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import unambiguous_span
 from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
+from polychirp.receiver.stepped.chain import MfskReceiver
+from polychirp.receiver.stepped.staircase import unreadable
 from polychirp.study.spec import Study, StudyRadar, target_names, victim_indices
 from polychirp.traffic.road_users import RoadUser
 from polychirp.traffic.street import Point, Vehicle
@@ -71,6 +73,13 @@ def greatest_speed(
     receiver = receiver_for(receiver, schedule)
     if isinstance(receiver, Decoding):
         receiver = receiver.reader()
+    if isinstance(receiver, MfskReceiver) and not unreadable(schedule):
+        speed = receiver.unambiguous_speed(schedule)
+        if speed < receiver.greatest_speed:
+            return speed, (
+                f"its steps tell speeds within the receiver's ranges apart to {3.6 * speed:.0f} "
+                "km/h: it may appear with another speed and range; use shorter or more steps"
+            )
     if not isinstance(receiver, RangeDoppler):
         return receiver.greatest_speed, (
             f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "

@@ -140,7 +140,7 @@ def run_trial(
         radar = study.radars[victim]
         receiver = receiver_for(study.receiver, schedules[victim])
         readable_elements(receiver, scene.radars[victim].array, schedules[victim])
-        refuse_unsampled(receiver, schedules[victim], radar.converter)
+        refuse_unsampled(receiver, schedules[victim], radar)
         refuse_unfit(
             study.receiver.mitigation,
             schedules[victim],

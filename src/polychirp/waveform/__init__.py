@@ -3,10 +3,10 @@
 `base` has the interface, `chirps` the schedule of single ramps. The families: `sawtooth`,
 `subframes` and `triangular`; `diverse_sawtooth`, `hopping`, `phase_codes`, `permuted_chirps` and
 `slope_sequence` against interference; `phase_coded_ramp` with a code within each ramp; `pmcw` and
-`noise` with a code on a carrier (`carriers`, `code_sequences`). `access` has the rules by which
-radars share time and band before a frame, `frame_rules` those that act from frame to frame,
-`coding` the codes of several transmitting elements, `design` equations for sweep time and
-bandwidth, `playing` a radio's samples.
+`noise` with a code on a carrier (`carriers`, `code_sequences`); `mfsk` with steps of constant
+frequency. `access` has the rules by which radars share time and band before a frame, `frame_rules`
+those that act from frame to frame, `coding` the codes of several transmitting elements, `design`
+equations for sweep time and bandwidth, `playing` a radio's samples.
 """
 
 from typing import Annotated
@@ -33,6 +33,7 @@ from polychirp.waveform.frame_rules import Listening as Listening
 from polychirp.waveform.frame_rules import RedrawEachFrame as RedrawEachFrame
 from polychirp.waveform.frame_rules import Turn as Turn
 from polychirp.waveform.hopping import Hopping as Hopping
+from polychirp.waveform.mfsk import Mfsk as Mfsk
 from polychirp.waveform.noise import Noise as Noise
 from polychirp.waveform.permuted_chirps import PermutedChirps as PermutedChirps
 from polychirp.waveform.phase_coded_ramp import PhaseCodedRamp as PhaseCodedRamp
@@ -58,7 +59,8 @@ AnyWaveform = Annotated[
     | SlopeSequence
     | PhaseCodedRamp
     | Pmcw
-    | Noise,
+    | Noise
+    | Mfsk,
     ByKind(group="polychirp.waveforms"),
 ]
 

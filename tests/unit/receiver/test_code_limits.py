@@ -9,7 +9,7 @@ from polychirp.correlation.theory import expected
 from polychirp.errors import CapabilityError, InputError, PhysicsError
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import sample_times
-from polychirp.model.radar import Converter
+from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp_code import RampCode
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
@@ -34,11 +34,15 @@ CARRIER = Pmcw(order=7).schedule(num_sweeps=8, streams=Streams(1))
 GOOD = Converter(sample_rate=500e6, start=254e-9, margin=0.0)
 
 
+def of(converter):
+    return Radar(name="front", converter=converter)
+
+
 def test_the_receiver_is_chosen_because_of_the_code():
     assert receiver_for(AutoReceiver(), CARRIER).kind == "decoding"
     assert reason_of_choice(CARRIER) == "its ramps carry a code"
     refuse_unreadable(AutoReceiver(), CARRIER)
-    refuse_unsampled(AutoReceiver(greatest_range=30.0), CARRIER, GOOD)
+    refuse_unsampled(AutoReceiver(greatest_range=30.0), CARRIER, of(GOOD))
 
 
 @pytest.mark.parametrize("receiver", [RangeDoppler(), CoherentReceiver()])
@@ -70,7 +74,7 @@ def test_the_decoder_refuses_unequal_intervals():
 )
 def test_samples_that_cannot_be_correlated_are_refused(change, greatest, error, sentence):
     with pytest.raises(error, match=sentence):
-        refuse_unsampled(Decoding(greatest_range=greatest), CARRIER, replace(GOOD, **change))
+        refuse_unsampled(Decoding(greatest_range=greatest), CARRIER, of(replace(GOOD, **change)))
 
 
 def test_echoes_of_an_almost_perfect_code_repeat_after_half_its_length():

@@ -10,7 +10,7 @@ from polychirp.receiver.selection import AutoReceiver
 from polychirp.study.processing_cost import processing_cost
 from polychirp.study.spec import Study, StudyRadar
 from polychirp.traffic.street import Street, Vehicle
-from polychirp.waveform import DiverseSawtooth, Noise, PhaseCodedRamp, Pmcw, Sawtooth
+from polychirp.waveform import DiverseSawtooth, Mfsk, Noise, PhaseCodedRamp, Pmcw, Sawtooth
 
 CHIRPS = Sawtooth(bandwidth=300e6, ramp_duration=20e-6, idle=5e-6)
 
@@ -48,6 +48,15 @@ def test_a_code_is_removed_before_the_two_transforms():
     cost = processing_cost(study(carrier))
     assert cost.multiplications == 2 * (after + 64 * (128 * 8 + 256))
     assert cost.peak_to_average == pytest.approx(1.0)
+
+
+def test_steps_have_a_window_and_two_transforms():
+    """256 sums of samples and windows, 2·64·7 of each sequence of 128 in two channels."""
+    one = study(Mfsk(bandwidth=300e6, num_steps=128, step_duration=10e-6))
+    cost = processing_cost(replace(one, num_sweeps=1))
+    assert cost.receiver == "mfsk"
+    assert cost.multiplications == 2 * (256 + 2 * 64 * 7)
+    assert cost.memory == 8 * (2 * 256 * 128 + 2 * 256)
 
 
 def test_noise_has_a_peak_8_db_above_its_mean_power():

@@ -16,7 +16,7 @@ from polychirp.receiver.angle.doa import azimuths
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.settings import ReceiverSettings, need_speed, range_axis
-from polychirp.receiver.signal_model.equal_ramps import refuse_code
+from polychirp.receiver.signal_model.equal_ramps import refuse_code, refuse_steps
 from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.receiver.signal_model.power_spectra import spectrum_size
 from polychirp.units import MetresPerSecond
@@ -67,6 +67,7 @@ class PaperReceiver(ReceiverSettings):
             A sweep is not an up- and a down-ramp of one slope, or has a code.
         """
         refuse_code(frame.schedule, "the receiver 'paper' does not remove")
+        refuse_steps(frame.schedule, self.kind)
         refuse_unpaired(frame.schedule)
         cleaned = mitigated(self.mitigation, frame)
         ranges = range_axis(self, frame.schedule)

@@ -11,7 +11,7 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.coherent.ramps import ELAPSED, FREQUENCY, HALF_LENGTH, USED, Ramps
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
 from polychirp.receiver.mitigation.base import Mitigated
-from polychirp.receiver.signal_model.equal_ramps import refuse_code
+from polychirp.receiver.signal_model.equal_ramps import refuse_code, refuse_steps
 from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import path_of
 
@@ -45,6 +45,7 @@ class Observation:
         """
         schedule = frame.schedule
         refuse_code(schedule, "the receiver 'coherent' does not remove")
+        refuse_steps(schedule, "coherent")
         middle = float(0.5 * (schedule.start_time.min() + schedule.end_time.max()))
         channels, ramps, fast = cleaned.samples.shape
         model, present = replace(FrameModel.of(frame), time=middle), cleaned.weight > 0

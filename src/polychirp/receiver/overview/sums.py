@@ -27,11 +27,15 @@ from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import middle_frequency, unfit
 from polychirp.receiver.selection import FrameReceiver, receiver_of_kind
 from polychirp.receiver.settings import range_axis
-from polychirp.receiver.signal_model.equal_ramps import refuse_code
+from polychirp.receiver.signal_model.equal_ramps import refuse_code, refuse_steps
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_frequency, hann_weights
 from polychirp.receiver.signal_model.power_spectra import spectrum_size
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
+from polychirp.receiver.stepped.chain import MfskReceiver
+from polychirp.receiver.stepped.solution import beat_and_phase
+from polychirp.receiver.stepped.staircase import Staircase
+from polychirp.receiver.stepped.steps import middle_time
 
 GREATEST_RATE_CELL: Final = 3.0
 """Greatest cell λ/2T of range rates, m/s, with which one ramp counts as long; chosen: ramps of some
@@ -39,6 +43,9 @@ GREATEST_RATE_CELL: Final = 3.0
 
 RATES_PER_CELL: Final = 3
 """Range rates of the map of long ramps per cell; chosen: the nearest loses 0.3 dB."""
+
+STEP_PADDING: Final = 16
+"""Padding of the spectra of steps; chosen: the nearest bin loses 0.01 dB."""
 
 LEAST_POWER: Final = 1e-300
 """Power below which logarithms are not taken, W; chosen: far below all noise."""
@@ -199,23 +206,97 @@ class LongRampMeans:
         return np.asarray(np.exp(total / self.spectra.shape[1]))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StepSums:
+    """Sums of two sequences of steps in phase, at the beat and the phase of each motion.
+
+    A target is a ridge along the motions of one beat, whose power falls with the cosine of the
+    phase between both sequences.
+
+    Parameters
+    ----------
+    frame : the frame
+    spectra : of both sequences, V, ``(channel, sequence, bin)``
+    axes : of the map
+    """
+
+    frame: IfFrame
+    spectra: ComplexArray
+    axes: Grid
+
+    @classmethod
+    def of(cls, receiver: MfskReceiver, frame: IfFrame) -> Self:
+        """The sums of a frame, after the receiver's mitigation and within its limits."""
+        stairs = Staircase.of(frame.schedule)
+        count = int(np.ceil(2.0 * receiver.greatest_speed / stairs.rate_cell))
+        return cls(
+            frame=frame,
+            spectra=receiver.steps(frame).spectrum(padding=STEP_PADDING),
+            axes=Grid(
+                range=np.arange(
+                    receiver.least_range, receiver.greatest_range, 0.5 * stairs.range_cell
+                ),
+                range_rate=0.5 * stairs.rate_cell * np.arange(-count, count + 1.0),
+                time=middle_time(frame.times),
+            ),
+        )
+
+    @property
+    def map(self) -> RangeRateMap:
+        """Mean power of the channels."""
+        power = np.stack(
+            [
+                np.mean(np.abs(self._amplitude(self.axes.range, rate)) ** 2, axis=0)
+                for rate in self.axes.range_rate
+            ]
+        )
+        return RangeRateMap(power=power, range_rate=self.axes.range_rate, range=self.axes.range)
+
+    @property
+    def place(self) -> FloatArray:
+        """Places of the channels in the radar's frame, m, ``(channel, xyz)``."""
+        return self.frame.array.position
+
+    def beam_power(self, cell: IntArray, beams: ComplexArray) -> FloatArray:
+        """Power of beams ``(beam, channel)`` in cells ``(cell, 2)``, W, ``(beam, cell)``."""
+        amplitude = self._amplitude(self.axes.range[cell[:, 1]], self.axes.range_rate[cell[:, 0]])
+        return np.asarray(np.abs(beams @ amplitude) ** 2)
+
+    def _amplitude(self, distance: FloatArray, rate: FloatArray | float) -> ComplexArray:
+        """Sum of both sequences, V, ``(channel, motion)``."""
+        stairs = Staircase.of(self.frame.schedule)
+        beat, phase = beat_and_phase(stairs, distance=distance, range_rate=rate)
+        size = self.spectra.shape[2]
+        number = np.rint(beat * stairs.interval * size).astype(np.int64) % size
+        first, second = self.spectra[:, 0, number], self.spectra[:, 1, number]
+        return np.asarray(0.5 * (first + second * np.exp(-2j * np.pi * phase)))
+
+
 def rate_cell(schedule: RampSchedule) -> float:
     """Range rates λ/2T that the longest ramp resolves by its beat, m/s."""
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     return wavelength / (2.0 * float(np.max(schedule.duration)))
 
 
-def sums_of(receiver: FrameReceiver, frame: IfFrame) -> ChirpSums | LongRampMeans | RampSums:
+Sums = ChirpSums | LongRampMeans | RampSums | StepSums
+"""Sums of any frame."""
+
+
+def sums_of(receiver: FrameReceiver, frame: IfFrame) -> Sums:
     """Powers of a frame with the receiver's mitigation and limits.
 
     Equal chirps at equal intervals have `ChirpSums`, ramps that rise and fall and resolve range
     rates by their beats have `LongRampMeans`, and all others, also those in subframes, `RampSums`.
-    A code is removed first by the receiver that decodes it; others refuse it.
+    A code is removed first by the receiver that decodes it; others refuse it. Two sequences of
+    steps have `StepSums`.
     """
+    if isinstance(receiver, MfskReceiver):
+        return StepSums.of(receiver, frame)
     if isinstance(receiver, Decoding):
         read = receiver.reading(frame)
         return sums_of(read.receiver, read.frame)
     schedule = frame.schedule
+    refuse_steps(schedule, receiver.kind)
     refuse_code(schedule, f"the receiver '{receiver.kind}' does not remove")
     kind = "coherent" if unfit(schedule) else "range-doppler"
     reader = receiver_of_kind(kind, receiver)

@@ -34,7 +34,7 @@ from polychirp.receiver.range_doppler.transforms import (
 )
 from polychirp.receiver.range_doppler.unfolding import unfolded
 from polychirp.receiver.settings import DetectorSettings
-from polychirp.receiver.signal_model.equal_ramps import refuse_code
+from polychirp.receiver.signal_model.equal_ramps import refuse_code, refuse_steps
 from polychirp.receiver.signal_model.transmit_codes import (
     CodeBlocks,
     code_blocks,
@@ -118,6 +118,7 @@ class RangeDoppler(DetectorSettings):
             The ramps differ, are neither at equal intervals nor in subframes, carry a code within
             them, or have codes that do not separate the transmitting elements.
         """
+        refuse_steps(frame.schedule, self.kind)
         refuse(unreadable(frame.schedule))
         if not has_subframes(frame.schedule):
             return self.detect_in(self.spectra(frame), frame)

@@ -1,4 +1,4 @@
-"""Ramps that count as equal, from one to the next, and ramps without a code."""
+"""Ramps that count as equal, from one to the next, and the refusal of codes and of steps."""
 
 from typing import Final
 
@@ -41,3 +41,22 @@ def refuse_code(
     """
     if schedule.code is not None:
         raise CapabilityError(f"its ramps carry a code, which {reason}; {instead}")
+
+
+def refuse_steps(schedule: RampSchedule, kind: str) -> None:
+    """Refuse steps of constant frequency for a receiver that reads ranges from ramps.
+
+    Parameters
+    ----------
+    kind : of the receiver
+
+    Raises
+    ------
+    CapabilityError
+        All ramps hold their frequencies (`RampSchedule.is_stepped`).
+    """
+    if schedule.is_stepped:
+        raise CapabilityError(
+            "its ramps are steps of constant frequency, from whose beats the receiver "
+            f"'{kind}' reads no range; the receivers 'auto' and 'mfsk' read two sequences of steps"
+        )

@@ -1,6 +1,6 @@
 """Measures of a receiver: resolution, looks, cells, and the ideal detector that is beside it."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,15 @@ from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.receiver.selection import FrameReceiver, decodes_elements
 from polychirp.receiver.settings import DetectorSettings
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
+from polychirp.receiver.stepped.chain import MfskReceiver
+from polychirp.receiver.stepped.solution import solved
+from polychirp.receiver.stepped.staircase import Staircase
+from polychirp.receiver.stepped.steps import SEQUENCES
 from polychirp.scoring.ideal_detector import cell_threshold
+
+PHASE_LIMIT: Final = 0.1
+"""Greatest error of the phase between two sequences of steps, cycles. Chosen: three standard
+deviations at an SNR of 14 dB in a cell, about the threshold at a probability of 1e-6."""
 
 
 class Extent(NamedTuple):
@@ -30,7 +38,7 @@ def resolution(schedule: RampSchedule) -> Extent:
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     duration = float(schedule.end_time.max() - schedule.start_time.min())
     return Extent(
-        range=SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth))),
+        range=SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.resolving_bandwidth))),
         range_rate=wavelength / (2.0 * duration),
     )
 
@@ -42,6 +50,7 @@ def error_limits(receiver: FrameReceiver, schedule: RampSchedule) -> Extent:
 
     - coherent: one cell of `resolution`, less than the distance of the first side lobe;
     - range-Doppler, also after decoding: one and a half cells, the width of its tapered main lobe;
+    - MFSK: one cell, and what a phase that is wrong by `PHASE_LIMIT` adds;
     - paper: one cell in range and half a cell of a ramp, :math:`\lambda/4T_{ramp}`, in range rate.
     """
     cell = resolution(schedule)
@@ -50,6 +59,12 @@ def error_limits(receiver: FrameReceiver, schedule: RampSchedule) -> Extent:
             return cell
         case RangeDoppler() | Decoding():
             return Extent(1.5 * cell.range, 1.5 * cell.range_rate)
+        case MfskReceiver():
+            wrong = solved(Staircase.of(schedule), beat=0.0, phase=PHASE_LIMIT)
+            return Extent(
+                cell.range + abs(float(wrong.range)),
+                cell.range_rate + abs(float(wrong.range_rate)),
+            )
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     return Extent(cell.range, wavelength / (4.0 * float(np.max(schedule.duration))))
 
@@ -68,7 +83,9 @@ def num_looks(receiver: FrameReceiver, frame: IfFrame) -> int:
 def num_cells(receiver: FrameReceiver, frame: IfFrame) -> float:
     """Number of cells of the frame to which a false-alarm probability refers.
 
-    They are the cells of the receiver's map within its limits. The coherent receiver counts
+    They are the cells of the receiver's map within its limits. The receiver of MFSK has those of
+    one spectrum, times the share of all pairs of beat and phase that are within its limits. The
+    coherent receiver counts
     resolution cells, whatever its map's steps; they are used for the paper's receiver and for those
     of plug-ins too.
     """
@@ -83,9 +100,24 @@ def num_cells(receiver: FrameReceiver, frame: IfFrame) -> float:
             map_ = receiver.spectra(frame).mean_power
             is_near = (map_.range >= receiver.least_range) & (map_.range <= receiver.greatest_range)
             return float(map_.range_rate.size * np.count_nonzero(is_near))
+        case MfskReceiver():
+            return _num_beats_within(receiver, Staircase.of(frame.schedule))
     cell = resolution(frame.schedule)
     span = receiver.greatest_range - receiver.least_range
     return span / cell.range * 2.0 * receiver.greatest_speed / cell.range_rate
+
+
+def _num_beats_within(receiver: MfskReceiver, stairs: Staircase) -> float:
+    """Number of beats N, times the share of the receiver's limits of range and range rate.
+
+    All beats and phases have an area in the plane of range and range rate, that of the two motions
+    that change one of them alone by its period.
+    """
+    one = solved(stairs, beat=1.0 / stairs.interval, phase=0.0)
+    other = solved(stairs, beat=0.0, phase=1.0)
+    area = abs(float(one.range * other.range_rate - one.range_rate * other.range))
+    span = receiver.greatest_range - receiver.least_range
+    return stairs.num_steps * min(1.0, span * 2.0 * receiver.greatest_speed / area)
 
 
 def stated_threshold(receiver: FrameReceiver, *, looks: int) -> float | None:
@@ -105,7 +137,8 @@ def window_share(receiver: FrameReceiver, frame: IfFrame) -> float:
     r"""Greatest SNR in a cell of the receiver's map over the coherent SNR, a ratio.
 
     For weights w it is :math:`(\sum w)^2 / (N \sum w^2)`, for the range-Doppler receiver times that
-    of its other transform. The coherent receiver has no windows: 1. The paper's receiver averages
+    of its other transform. The receiver of MFSK has one, over half of the samples. The coherent
+    receiver has no windows: 1. The paper's receiver averages
     ramps without their phases, and has no such cell: NaN.
     """
     if isinstance(receiver, CoherentReceiver):
@@ -113,6 +146,9 @@ def window_share(receiver: FrameReceiver, frame: IfFrame) -> float:
     if isinstance(receiver, Decoding):
         read = receiver.reading(frame)
         return window_share(read.receiver, read.frame)
+    if isinstance(receiver, MfskReceiver):
+        size = frame.schedule.num_ramps // SEQUENCES
+        return float(1.0 / (SEQUENCES * size * np.sum(taper(size) ** 2)))
     if not isinstance(receiver, RangeDoppler):
         return float("nan")
     sizes = (frame.times.most_samples, len(code_blocks(frame.schedule).ramps))

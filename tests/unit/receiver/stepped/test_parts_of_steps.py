@@ -1,0 +1,74 @@
+"""What figures, scores and studies ask of a frame of steps."""
+
+import numpy as np
+import pytest
+
+from polychirp.model.if_frame import IfParts
+from polychirp.model.radar import Converter
+from polychirp.receiver.attribution import floor_rise
+from polychirp.receiver.overview.range_azimuth import range_azimuth_map
+from polychirp.receiver.overview.range_rate import range_rate_map
+from polychirp.receiver.stepped.chain import MfskReceiver
+from polychirp.receiver.stepped.staircase import Staircase
+from polychirp.rng import Streams
+from polychirp.scoring.association import Gate
+from polychirp.study.roc.yardsticks import (
+    error_limits,
+    num_cells,
+    num_looks,
+    resolution,
+    window_share,
+)
+from polychirp.waveform import Mfsk
+from tests.support.points import HandPoint, frame_of
+
+STEPS = Mfsk(num_steps=128).schedule(num_sweeps=1, streams=Streams(1))
+CONVERTER = Converter(sample_rate=2e6, start=3e-6, margin=0.0)
+RECEIVER = MfskReceiver(greatest_range=14.0, greatest_speed=20.0)
+
+
+def test_the_map_is_greatest_at_the_motion_of_a_point():
+    point = HandPoint(range=9.0, range_rate=-6.0, azimuth=0.5, spreading=0.0)
+    frame = frame_of(STEPS, [point], noise=1e-6, converter=CONVERTER)
+    map_ = range_rate_map(RECEIVER, frame)
+    row, column = np.unravel_index(np.argmax(map_.power), map_.power.shape)
+    stairs = Staircase.of(STEPS)
+    assert map_.range[column] == pytest.approx(9.0, abs=4 * stairs.range_cell)
+    beat = map_.range[column] / stairs.range_cell + map_.range_rate[row] / stairs.rate_cell
+    assert beat == pytest.approx(9.0 / stairs.range_cell - 6.0 / stairs.rate_cell, abs=1.0)
+    # the nearest cell is up to a quarter of a beat's cell away: 0.16 dB
+    assert map_.power.max() == pytest.approx(1.0, rel=0.04)
+    beams = range_azimuth_map(RECEIVER, frame)
+    beam, _ = np.unravel_index(np.argmax(beams.power), beams.power.shape)
+    assert beams.sine[beam] == pytest.approx(np.sin(0.5), abs=0.05)
+
+
+def test_the_floor_rises_by_the_power_of_interference_over_noise():
+    """A part of twice the noise of another draw: the floor is three times as high."""
+    noise, other = (
+        frame_of(STEPS, [], seed=seed, noise=power, converter=CONVERTER).samples
+        for seed, power in ((1, 1.0), (2, 2.0))
+    )
+    parts = IfParts(samples=np.stack([other, noise]), names=("direct", "noise"))
+    frame = frame_of(STEPS, [], converter=CONVERTER).with_samples(noise + other)
+    assert floor_rise(RECEIVER, frame, parts) == pytest.approx(3.0, rel=0.15)
+
+
+def test_ranges_are_resolved_by_the_band_of_all_steps():
+    band = float(np.ptp(STEPS.start_frequency))
+    cell = 299792458.0 / (2.0 * band)
+    assert resolution(STEPS).range == pytest.approx(cell)
+    frame = frame_of(STEPS, [], converter=CONVERTER)
+    assert Gate.of(STEPS, frame.array).range == pytest.approx(max(0.4, cell))
+
+
+def test_the_measures_of_a_receiver_are_known():
+    """The limits hold 13.5/0.25 by 40/0.77 cells of the 128² that all beats and phases have."""
+    frame = frame_of(STEPS, [], converter=CONVERTER)
+    stairs = Staircase.of(STEPS)
+    share = 13.5 / stairs.range_cell * 40.0 / stairs.rate_cell / 128**2
+    assert num_cells(RECEIVER, frame) == pytest.approx(128 * share, rel=1e-6)
+    assert num_looks(RECEIVER, frame) == frame.array.num_channels
+    assert window_share(RECEIVER, frame) == pytest.approx(0.5 / 1.58, rel=0.01)
+    wrong = error_limits(RECEIVER, STEPS)
+    assert wrong.range == pytest.approx(resolution(STEPS).range + 12.8 * stairs.range_cell)
