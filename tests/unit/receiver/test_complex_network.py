@@ -67,7 +67,7 @@ def test_the_layers_are_sums_over_neighbours():
 def test_the_network_is_small_and_says_what_it_was_trained_on():
     network, trained_on = trained()
     assert 1600 <= network.num_weights <= 10_000
-    assert "set v1" in trained_on
+    assert "set v2" in trained_on
 
 
 def test_neither_units_nor_a_common_phase_matter():

@@ -55,7 +55,7 @@ class ComplexNetwork(Spec):
     :math:`\tilde S`, so that units do not matter. Channels share the mean of their logits, and thus
     the mask. The masks of real samples are the same at f and −f.
 
-    It was trained on frames of the families of the benchmark's set v1, but not on the frames of
+    It was trained on frames of the families of the benchmark's set v2, but not on the frames of
     that set (`trained`). It cannot tell whether a ramp is unlike those. Echoes lose what they have
     in masked cells, as nothing is filled; docs/validation/mitigation.md shows this harm. It takes
     some 5000 real multiplications per cell, and a channel has 4 cells per sample. `StftExcision`
