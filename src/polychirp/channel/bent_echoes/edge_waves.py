@@ -30,10 +30,10 @@ from polychirp.axes import ComplexArray, FloatArray
 from polychirp.channel.bent_echoes.two_edges import (
     OVER_FIRST,
     OVER_SECOND,
-    EdgeField,
     two_edge_field,
 )
 from polychirp.channel.geometry.vectors import Vector, dot, row, vector_at
+from polychirp.channel.physical_optics.facet_integral import phasor
 from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
@@ -47,8 +47,22 @@ straight edge makes 0.045 of the field without it at the first, and 0.023 at the
 ONWARDS, OUTWARDS, ALONG, FIRST, SECOND, TABLE_WIDTH = 0, 3, 6, 9, 11, 13
 """Columns of the table of `_table`: three vectors, two corners; and their number."""
 
-NO_FIELD: Final = EdgeField(1.0, 0j, 0.0, 0)
-"""Field of an edge that is not between the radar and a point, or far off the straight line."""
+
+class _Heights(NamedTuple):
+    """Arguments of `two_edge_field` for one edge of the vehicle and one point.
+
+    ``is_far_off`` is true if the edge is not between the radar and the point, or so far below the
+    straight line that no edge of the vehicle matters.
+    """
+
+    is_far_off: bool
+    first: float
+    second: float
+    correlation: float
+
+
+FAR_OFF: Final = _Heights(True, 0.0, 0.0, 0.0)
+"""Heights of an edge far off the straight line."""
 
 
 class Edges(NamedTuple):
@@ -117,15 +131,17 @@ def _fill_waves(
 ) -> None:
     for i in range(begin, end):
         point = row(points, i)
-        top = _field_over(table, TOP, point, wavenumber)
-        if _is_far_off(top):
+        over, left_of = _heights(table, TOP, point, wavenumber), FAR_OFF
+        if not over.is_far_off:
+            left_of = _heights(table, LEFT, point, wavenumber)
+        if left_of.is_far_off:
             continue
-        left = _field_over(table, LEFT, point, wavenumber)
-        if _is_far_off(left):
+        right_of = _heights(table, RIGHT, point, wavenumber)
+        if right_of.is_far_off:
             continue
-        right = _field_over(table, RIGHT, point, wavenumber)
-        if _is_far_off(right):
-            continue
+        top = two_edge_field(over.first, over.second, over.correlation)
+        left = two_edge_field(left_of.first, left_of.second, left_of.correlation)
+        right = two_edge_field(right_of.first, right_of.second, right_of.correlation)
         below, between = 1.0 - top.clear, 1.0 - left.clear - right.clear
         is_clear[i] = 1.0 - below * between
         field[TOP, i], field[LEFT, i] = top.wave * between, left.wave * below
@@ -137,17 +153,17 @@ def _fill_waves(
         field[TOP, i] -= share * corner
         field[RIGHT, i] -= (1.0 - share) * corner
         for edge in range(NUM_EDGES):
-            square, over = top.square, top.over
+            square, corners = top.square, top.over
             if edge == LEFT:
-                square, over = left.square, left.over
+                square, corners = left.square, left.over
             if edge == RIGHT:
-                square, over = right.square, right.over
+                square, corners = right.square, right.over
             weight = _weight(math.sqrt(square)) if is_clear[i] > 0.0 else 1.0
-            turn = 0.5 * math.pi * square
-            field[edge, i] *= weight * complex(math.cos(turn), math.sin(turn))
+            turned = phasor(-0.5 * math.pi * square)
+            field[edge, i] *= weight * turned
             if field[edge, i] != 0.0:
                 length[edge, i] = _fill_path(
-                    table, edge, point, over, direction[edge, i], bend[edge, i]
+                    table, edge, point, corners, direction[edge, i], bend[edge, i]
                 )
 
 
@@ -159,12 +175,6 @@ def _share_of_top(top: float, side: float) -> float:
 
 
 @inlined
-def _is_far_off(field: EdgeField) -> bool:
-    """True if the straight line passes an edge so far off that no edge of the vehicle matters."""
-    return field.clear > 0.0 and field.wave == 0.0
-
-
-@inlined
 def _weight(nu: float) -> float:
     """Smooth step from 1 at `WEAKENED_FROM` to 0 at `WEAKENED_TO`."""
     x = min(1.0, max(0.0, (WEAKENED_TO - nu) / (WEAKENED_TO - WEAKENED_FROM)))
@@ -172,19 +182,19 @@ def _weight(nu: float) -> float:
 
 
 @inlined
-def _field_over(table: FloatArray, edge: int, point: Vector, wavenumber: float) -> EdgeField:
-    """Field at a point with this edge alone."""
+def _heights(table: FloatArray, edge: int, point: Vector, wavenumber: float) -> _Heights:
+    """Heights of an edge above the straight line to a point."""
     x, y = dot(point, vector_at(table, edge, ONWARDS)), dot(point, vector_at(table, edge, OUTWARDS))
     offset = dot(point, vector_at(table, edge, ALONG))
     first, last = table[edge, FIRST], table[edge, SECOND]
     if last >= x or first <= 0.0:
-        return NO_FIELD
+        return FAR_OFF
     one = _fresnel_parameter(first, table[edge, FIRST + 1], x, y, offset, wavenumber)
     other = _fresnel_parameter(last, table[edge, SECOND + 1], x, y, offset, wavenumber)
     if max(one, other) < -WEAKENED_TO:
-        return NO_FIELD
+        return FAR_OFF
     correlation = math.sqrt(first * (x - last) / (last * (x - first)))
-    return two_edge_field(one, other, min(correlation, 1.0))
+    return _Heights(False, one, other, min(correlation, 1.0))
 
 
 @inlined
