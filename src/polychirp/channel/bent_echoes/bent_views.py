@@ -1,14 +1,27 @@
 """Views of a body by way of a vehicle's edge, and the facets that such views illuminate."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import Final, Self
 
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.bent_echoes.edge_waves import NUM_EDGES, Edges, EdgeWaves, edge_waves
+from polychirp.channel.bent_echoes.edge_waves import (
+    NUM_EDGES,
+    Edges,
+    EdgeWaves,
+    edge_table,
+    edge_waves,
+)
+from polychirp.channel.bent_echoes.lit_facets import (
+    NONE_LIT,
+    WEAKEST_WAVE,
+    EdgeLit,
+    Reach,
+    facets_lit,
+)
 from polychirp.channel.bent_echoes.outlines import edges_between
 from polychirp.channel.geometry.retarded_delay import turning
 from polychirp.channel.physical_optics.illumination import (
@@ -19,11 +32,6 @@ from polychirp.channel.physical_optics.illumination import (
 )
 from polychirp.channel.physical_optics.incident_waves import incident_waves
 from polychirp.channel.physical_optics.kernels import (
-    ALONG_FIRST,
-    ALONG_SECOND,
-    FACING,
-    INVERSE_LENGTH,
-    NUM_ASPECTS,
     SENT_H,
     SENT_V,
     SHADOW_RAY_LIFT,
@@ -39,9 +47,6 @@ WEAKEST_EDGE: Final = 0.02
 """Least amplitude of an edge's wave, over that without the vehicle, for which the edge is followed:
 that at the body's strongest patch. Chosen: −34 dB one way and −68 dB both ways, about as for direct
 paths (`diffraction.paths`)."""
-
-WEAKEST_WAVE: Final = 1e-3
-"""The same for a facet to count. Chosen: −60 dB one way, 26 dB below the least edge."""
 
 PATCH_REACH: Final = 0.15
 """Greatest distance, m, of a facet's corner from the middle facet of its patch: the diagonal of
@@ -144,20 +149,6 @@ class BentView(View):
         )
 
 
-MOST_TURNED_AWAY: Final = 0.34
-"""Greatest cosine between the normal of a facet that a bent wave may reach and the straight line
-from the radar: sin 20°, as far as Kirchhoff's integral holds."""
-
-
-class _Lit(NamedTuple):
-    """Facets lit over one edge, ``(row, …)``: numbers, and columns of their `EdgeWaves`."""
-
-    face: IntArray
-    field: ComplexArray
-    length: FloatArray
-    direction: FloatArray
-
-
 def bent_views(world: World, view: View, blockers: Sequence[int]) -> list[BentView]:
     """Views of ``view``'s body over those edges of ``blockers`` that may matter."""
     between = [
@@ -212,41 +203,61 @@ def _views_over(
     return found
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BentIllumination(Illumination):
+    """Facets of one body that waves over edges illuminate, each view a `BentView`.
+
+    ``field`` ``(row,)`` is the wave on each facet over that without the vehicle.
+    """
+
+    field: ComplexArray
+
+    def select(self, is_kept: BoolArray) -> Self:
+        """The illumination with only those rows of ``lit`` that the mask ``(row,)`` keeps."""
+        return replace(self, lit=self.lit.select(is_kept), field=self.field[is_kept])
+
+    def with_waves(self) -> Self:
+        """The illumination with ``lit.wave``, losses in sheets behind the edges included."""
+        world, body, lit = self.world, self.body, self.lit
+        views = [view for view in self.views if isinstance(view, BentView)]
+        if not len(lit.face):
+            return self
+        losses = _losses(world, body, views, lit)
+        faces, table = facet_levels(world.surfaces[body]).faces, view_table_of(views, world, body)
+        wave = incident_waves(faces, *mirrors_of(world, body), table, losses, lit)
+        wave[:, (SENT_V, SENT_H)] *= self.field[:, None, None].astype(np.complex64)
+        return replace(
+            self, lit=lit._replace(wave=wave, loss=np.zeros(len(lit.face), dtype=np.int64))
+        )
+
+
 def bent_illumination(
     world: World, body: int, views: Sequence[BentView], seen: Illumination
-) -> Illumination:
-    """Facets of a body that views over edges illuminate, with waves.
+) -> BentIllumination:
+    """Facets of a body that views over edges illuminate, without waves.
 
     ``seen`` is the illumination by direct views, which tells for every facet whether the straight
-    line from the radar is free. Where it is not what the box of the vehicle's edges says, an edge's
-    wave changes its sign: the field of a single edge is then the right one.
+    line from the radar is free.
     """
     groups: dict[int, list[BentView]] = {}
     for view in views:
         groups.setdefault(id(view.edges), []).append(view)
-    views = [view for group in groups.values() for view in group]
-    rows = [lit for group in groups.values() for lit in _lit_over(world, group, seen)]
-    kept = [number for number, lit in enumerate(rows) if len(lit.face)]
-    views, rows = tuple(views[number] for number in kept), [rows[number] for number in kept]
-    if not views:
-        return Illumination(world=world, body=body, views=(), lit=seen.lit.select(_none(seen)))
-    surface = world.surfaces[body]
-    lit = _facets(world, body, views, rows)
-    losses = _losses(world, body, views, lit)
-    table = view_table_of(views, world, body)
-    wave = incident_waves(facet_levels(surface).faces, *mirrors_of(world, body), table, losses, lit)
-    field = np.concatenate([lit.field for lit in rows])
-    wave[:, (SENT_V, SENT_H)] *= field[:, None, None].astype(np.complex64)
-    return Illumination(
-        world=world,
-        body=body,
-        views=views,
-        lit=lit._replace(wave=wave, loss=np.zeros(len(lit.face), dtype=np.int64)),
+    found = [
+        (view, lit)
+        for group in groups.values()
+        for view, lit in zip(group, _lit_over(world, group, seen), strict=True)
+        if len(lit.face)
+    ]
+    rows = [lit for _, lit in found] or [NONE_LIT]
+    both = EdgeLit(*[np.concatenate(column) for column in zip(*rows, strict=True)])
+    counts = [len(lit.face) for _, lit in found]
+    start = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
+    no_waves = np.empty((0, 4, 2), dtype=np.complex64)
+    none = np.empty(0, dtype=np.int64)
+    lit = LitFacets(start, both.face, both.direction, both.length, both.aspect, no_waves, none)
+    return BentIllumination(
+        world=world, body=body, views=tuple(view for view, _ in found), lit=lit, field=both.field
     )
-
-
-def _none(seen: Illumination) -> BoolArray:
-    return np.zeros(len(seen.lit.face), dtype=np.bool_)
 
 
 def _above_patches(world: World, view: View) -> FloatArray:
@@ -258,32 +269,23 @@ def _above_patches(world: World, view: View) -> FloatArray:
     return np.asarray(turned + (world.position[view.body] - view.source))
 
 
-def _lit_over(world: World, views: Sequence[BentView], seen: Illumination) -> list[_Lit]:
+def _lit_over(world: World, views: Sequence[BentView], seen: Illumination) -> list[EdgeLit]:
     """Facets that the waves over the edges of one vehicle reach, for every edge's view."""
     view = views[0]
     surface, rotation = world.surfaces[view.body], world.rotation[view.body]
-    is_reached = [_reached_patches(world, one) for one in views]
-    face = np.flatnonzero(np.any(is_reached, axis=0)[surface.patch])
-    place = surface.centroid[face] @ rotation.T + (world.position[view.body] - view.source)
-    # a wave that bends by less than 20° does not reach facets that are turned away by more
-    facing = np.sum(place * (surface.normal[face] @ rotation.T), axis=-1)
-    some = np.flatnonzero(facing < MOST_TURNED_AWAY * np.linalg.norm(place, axis=-1))
-    face, place = face[some], place[some]
-    waves = edge_waves(view.edges, place, world.wavenumber)
     is_seen = np.zeros(len(surface.area), dtype=np.bool_)
     for number, other in enumerate(seen.views):
         if other.radar == view.radar:
             is_seen[seen.lit.face[seen.lit.start[number] : seen.lit.start[number + 1]]] = True
-    sign = np.where(is_seen[face] == (waves.is_clear > 0.5), 1.0, -1.0)
-    found = []
-    for one, reached in zip(views, is_reached, strict=True):
-        field, local = sign * waves.field[one.edge], waves.direction[one.edge] @ rotation
-        is_lit = (np.abs(field) > WEAKEST_WAVE) & reached[surface.patch[face]]
-        is_lit &= np.sum(local * surface.normal[face], axis=-1) < 0.0
-        found.append(
-            _Lit(face[is_lit], field[is_lit], waves.length[one.edge, is_lit], local[is_lit])
-        )
-    return found
+    reach = Reach(
+        np.array([one.edge for one in views], dtype=np.int64),
+        np.array([_reached_patches(world, one) for one in views]),
+        surface.patch,
+        is_seen,
+        np.concatenate([rotation, [world.position[view.body] - view.source]]),
+    )
+    faces = facet_levels(surface).faces
+    return facets_lit(edge_table(view.edges), faces, reach, world.wavenumber)
 
 
 def _reached_patches(world: World, view: BentView) -> BoolArray:
@@ -303,31 +305,6 @@ def _reached_patches(world: World, view: BentView) -> BoolArray:
         world, start + bend[:, 1], start + place[some], clearance=0.0, but_body=view.blocker
     )
     return is_lit
-
-
-def _facets(world: World, body: int, views: Sequence[BentView], rows: Sequence[_Lit]) -> LitFacets:
-    """Geometry of facets as `LitFacets` has it, without waves."""
-    faces, rotation = facet_levels(world.surfaces[body]).faces, world.rotation[body]
-    face = np.concatenate([lit.face for lit in rows])
-    direction = np.concatenate([lit.direction for lit in rows])
-    length = np.concatenate([lit.length for lit in rows])
-    normal, tangent = faces.normal[face], faces.tangent[face]
-    aspect = np.empty((len(face), NUM_ASPECTS))
-    aspect[:, :3] = length[:, None] + np.einsum("rcx,rx->rc", faces.corner[face], direction)
-    aspect[:, FACING] = -np.sum(normal * direction, axis=-1)
-    aspect[:, ALONG_FIRST] = np.sum(tangent * direction, axis=-1)
-    aspect[:, ALONG_SECOND] = np.sum(np.cross(normal, tangent) * direction, axis=-1)
-    # the field is relative to that at the straight distance, without the vehicle
-    source = [
-        np.tile((view.source - world.position[body]) @ rotation, (len(lit.face), 1))
-        for view, lit in zip(views, rows, strict=True)
-    ]
-    away = np.linalg.norm(faces.centroid[face] - np.concatenate(source), axis=-1)
-    aspect[:, INVERSE_LENGTH] = 1.0 / away
-    start = np.concatenate([[0], np.cumsum([len(lit.face) for lit in rows])])
-    no_waves = np.empty((0, 4, 2), dtype=np.complex64)
-    none = np.empty(0, dtype=np.int64)
-    return LitFacets(start, face, np.ascontiguousarray(direction), length, aspect, no_waves, none)
 
 
 def _losses(world: World, body: int, views: Sequence[BentView], lit: LitFacets) -> Losses:

@@ -45,7 +45,7 @@ WEAKENED_FROM, WEAKENED_TO = 5.0, 10.0
 straight edge makes 0.045 of the field without it at the first, and 0.023 at the second (−33 dB)."""
 
 ONWARDS, OUTWARDS, ALONG, FIRST, SECOND, TABLE_WIDTH = 0, 3, 6, 9, 11, 13
-"""Columns of the table of `_table`: three vectors, two corners; and their number."""
+"""Columns of the table of `edge_table`: three vectors, two corners; and their number."""
 
 
 class _Heights(NamedTuple):
@@ -106,11 +106,11 @@ def edge_waves(edges: Edges, points: FloatArray, wavenumber: float) -> EdgeWaves
         np.zeros((NUM_EDGES, count, 2, 3)),
         np.ones(count),
     )
-    in_ranges(_fill_waves, count, _table(edges), points, wavenumber, *out, least=500)
+    in_ranges(_fill_waves, count, edge_table(edges), points, wavenumber, *out, least=500)
     return out
 
 
-def _table(edges: Edges) -> FloatArray:
+def edge_table(edges: Edges) -> FloatArray:
     """Edges as one table ``(edge, TABLE_WIDTH)``: kernels copy every array at every call."""
     corner = edges.corner.reshape(NUM_EDGES, 4)
     return np.concatenate([edges.onwards, edges.outwards, edges.along, corner], axis=1)
@@ -131,40 +131,66 @@ def _fill_waves(
 ) -> None:
     for i in range(begin, end):
         point = row(points, i)
-        over, left_of = _heights(table, TOP, point, wavenumber), FAR_OFF
-        if not over.is_far_off:
-            left_of = _heights(table, LEFT, point, wavenumber)
-        if left_of.is_far_off:
-            continue
-        right_of = _heights(table, RIGHT, point, wavenumber)
-        if right_of.is_far_off:
-            continue
-        top = two_edge_field(over.first, over.second, over.correlation)
-        left = two_edge_field(left_of.first, left_of.second, left_of.correlation)
-        right = two_edge_field(right_of.first, right_of.second, right_of.correlation)
-        below, between = 1.0 - top.clear, 1.0 - left.clear - right.clear
-        is_clear[i] = 1.0 - below * between
-        field[TOP, i], field[LEFT, i] = top.wave * between, left.wave * below
-        field[RIGHT, i] = right.wave * below
-        share, corner = _share_of_top(top.square, left.square), top.wave * left.wave
-        field[TOP, i] -= share * corner
-        field[LEFT, i] -= (1.0 - share) * corner
-        share, corner = _share_of_top(top.square, right.square), top.wave * right.wave
-        field[TOP, i] -= share * corner
-        field[RIGHT, i] -= (1.0 - share) * corner
+        waves = waves_at(table, point, wavenumber)
+        is_clear[i] = waves.is_clear
         for edge in range(NUM_EDGES):
-            square, corners = top.square, top.over
-            if edge == LEFT:
-                square, corners = left.square, left.over
-            if edge == RIGHT:
-                square, corners = right.square, right.over
-            weight = _weight(math.sqrt(square)) if is_clear[i] > 0.0 else 1.0
-            turned = phasor(-0.5 * math.pi * square)
-            field[edge, i] *= weight * turned
-            if field[edge, i] != 0.0:
-                length[edge, i] = _fill_path(
-                    table, edge, point, corners, direction[edge, i], bend[edge, i]
-                )
+            field[edge, i] = waves.field[edge]
+            if field[edge, i] == 0.0:
+                continue
+            path = path_over(table, edge, point, waves.over[edge])
+            length[edge, i] = path.length
+            for a in range(3):
+                direction[edge, i, a] = path.direction[a]
+                bend[edge, i, 0, a] = path.first[a]
+                bend[edge, i, 1, a] = path.last[a]
+
+
+class WavesAt(NamedTuple):
+    """Waves over the three edges at one point: ``is_clear`` and ``field`` as in `EdgeWaves`.
+
+    ``over`` are the corners of each edge that the path meets, as in `EdgeField`.
+    """
+
+    is_clear: float
+    field: tuple[complex, complex, complex]
+    over: tuple[int, int, int]
+
+
+@inner
+def waves_at(table: FloatArray, point: Vector, wavenumber: float) -> WavesAt:
+    """Waves at a point, m from the radar; ``table`` is by `edge_table`."""
+    over, left_of = _heights(table, TOP, point, wavenumber), FAR_OFF
+    if not over.is_far_off:
+        left_of = _heights(table, LEFT, point, wavenumber)
+    if left_of.is_far_off:
+        return WavesAt(1.0, (0j, 0j, 0j), (0, 0, 0))
+    right_of = _heights(table, RIGHT, point, wavenumber)
+    if right_of.is_far_off:
+        return WavesAt(1.0, (0j, 0j, 0j), (0, 0, 0))
+    top = two_edge_field(over.first, over.second, over.correlation)
+    left = two_edge_field(left_of.first, left_of.second, left_of.correlation)
+    right = two_edge_field(right_of.first, right_of.second, right_of.correlation)
+    below, between = 1.0 - top.clear, 1.0 - left.clear - right.clear
+    is_clear = 1.0 - below * between
+    at_left, at_right = top.wave * left.wave, top.wave * right.wave
+    left_share = _share_of_top(top.square, left.square)
+    right_share = _share_of_top(top.square, right.square)
+    over_top = top.wave * between - left_share * at_left - right_share * at_right
+    over_left = left.wave * below - (1.0 - left_share) * at_left
+    over_right = right.wave * below - (1.0 - right_share) * at_right
+    field = (
+        over_top * _phased(top.square, is_clear),
+        over_left * _phased(left.square, is_clear),
+        over_right * _phased(right.square, is_clear),
+    )
+    return WavesAt(is_clear, field, (top.over, left.over, right.over))
+
+
+@inlined
+def _phased(square: float, is_clear: float) -> complex:
+    """Factor that refers a wave's phase to its path, and weakens it beside the vehicle."""
+    turned = phasor(-0.5 * math.pi * square)
+    return _weight(math.sqrt(square)) * turned if is_clear > 0.0 else turned
 
 
 @inlined
@@ -215,34 +241,46 @@ def _size(x: float, y: float) -> float:
     return math.sqrt(x * x + y * y)
 
 
-@inner
-def _fill_path(
-    table: FloatArray,
-    edge: int,
-    point: Vector,
-    over: int,
-    direction: FloatArray,
-    bend: FloatArray,
-) -> float:
-    """Write direction and bends of the path over one corner or both; return its length, m."""
+class EdgePath(NamedTuple):
+    """Path over an edge to a point: ``length`` m, unit vector ``direction`` of arrival.
+
+    ``first`` and ``last`` are its first and last point on the vehicle, m from the radar.
+    """
+
+    length: float
+    direction: Vector
+    first: Vector
+    last: Vector
+
+
+@inlined
+def path_over(table: FloatArray, edge: int, point: Vector, over: int) -> EdgePath:
+    """Path over one corner of an edge, or over both."""
     onwards, outwards = vector_at(table, edge, ONWARDS), vector_at(table, edge, OUTWARDS)
     along = vector_at(table, edge, ALONG)
     x, y, offset = dot(point, onwards), dot(point, outwards), dot(point, along)
     first = SECOND if over == OVER_SECOND else FIRST
     last = FIRST if over == OVER_FIRST else SECOND
-    fx, fy, lx, ly = (
-        table[edge, first],
-        table[edge, first + 1],
-        table[edge, last],
-        table[edge, last + 1],
-    )
+    fx, fy = table[edge, first], table[edge, first + 1]
+    lx, ly = table[edge, last], table[edge, last + 1]
     start, middle, rest = _size(fx, fy), _size(lx - fx, ly - fy), _size(x - lx, y - ly)
     across = start + middle + rest
     length = _size(across, offset)
     before, behind = offset * start / across, offset * (start + middle) / across
-    for a in range(3):
-        way = (x - lx) * onwards[a] + (y - ly) * outwards[a]
-        direction[a] = (across / rest * way + offset * along[a]) / length
-        bend[0, a] = fx * onwards[a] + fy * outwards[a] + before * along[a]
-        bend[1, a] = lx * onwards[a] + ly * outwards[a] + behind * along[a]
-    return length
+    scale, aside = across / (rest * length), offset / length
+    return EdgePath(
+        length,
+        _combined(onwards, outwards, along, scale * (x - lx), scale * (y - ly), aside),
+        _combined(onwards, outwards, along, fx, fy, before),
+        _combined(onwards, outwards, along, lx, ly, behind),
+    )
+
+
+@inlined
+def _combined(u: Vector, v: Vector, w: Vector, x: float, y: float, z: float) -> Vector:
+    """Sum of three vectors, multiplied by x, y and z."""
+    return (
+        x * u[0] + y * v[0] + z * w[0],
+        x * u[1] + y * v[1] + z * w[1],
+        x * u[2] + y * v[2] + z * w[2],
+    )
