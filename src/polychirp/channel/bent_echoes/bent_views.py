@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Final, Self
+from functools import cached_property, lru_cache
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from polychirp.channel.bent_echoes.edge_waves import (
     edge_waves,
 )
 from polychirp.channel.bent_echoes.lit_facets import (
+    MOST_TURNED_AWAY,
     NONE_LIT,
     WEAKEST_WAVE,
     EdgeLit,
@@ -41,7 +42,7 @@ from polychirp.channel.physical_optics.view_losses import Losses, identities
 from polychirp.channel.physical_optics.views import Unfolded, View
 from polychirp.channel.scene.occlusion import blocked
 from polychirp.channel.scene.transmission import transmission_matrices
-from polychirp.channel.scene.world import World
+from polychirp.channel.scene.world import Surface, World, bodies_near, plates_near
 
 WEAKEST_EDGE: Final = 0.02
 """Least amplitude of an edge's wave, over that without the vehicle, for which the edge is followed:
@@ -57,12 +58,24 @@ EDGE_CLEARANCE: Final = 0.02
 the grid on which edges are found."""
 
 
+class Patches(NamedTuple):
+    """Patches of a body as a radar sees them, in the frame of the world.
+
+    ``place`` m ``(patch, xyz)`` is above their middle facets, from the radar, and ``normal``
+    ``(patch, xyz)`` theirs. ``may_face`` ``(patch,)`` is false if all facets of a patch are turned
+    away from the radar by more than `MOST_TURNED_AWAY` allows.
+    """
+
+    place: FloatArray
+    normal: FloatArray
+    may_face: BoolArray
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BentView(View):
     """Radar ``radar`` as body ``body`` sees it over edge ``edge`` of the body ``blocker``.
 
-    ``places`` ``(patch, xyz)``, m from the radar, are above the middle facets of the body's
-    patches, and ``at_patches`` are the waves over all edges there. ``least_length`` m is a bound
+    ``patches`` are the body's, and ``at_patches`` the waves over all edges above them. ``least_length`` m is a bound
     below the length of all paths, and ``greatest_wave`` the greatest amplitude over that without
     the blocker.
     """
@@ -70,7 +83,7 @@ class BentView(View):
     blocker: int
     edges: Edges
     edge: int
-    places: FloatArray
+    patches: Patches
     at_patches: EdgeWaves
     least_length: float
     greatest_wave: float
@@ -156,30 +169,29 @@ def bent_views(world: World, view: View, blockers: Sequence[int]) -> list[BentVi
     ]
     if all(edges is None for _, edges in between):
         return []
-    places = _above_patches(world, view)
+    patches = _patches_of(world, view)
     return [
         over
         for blocker, edges in between
         if edges is not None
-        for over in _views_over(world, view, blocker, edges, places)
+        for over in _views_over(world, view, blocker, edges, patches)
     ]
 
 
 def _views_over(
-    world: World, view: View, blocker: int, edges: Edges, places: FloatArray
+    world: World, view: View, blocker: int, edges: Edges, patches: Patches
 ) -> list[BentView]:
     """Views over those edges of one vehicle that may matter."""
-    surface = world.surfaces[view.body]
+    surface, places = world.surfaces[view.body], patches.place
     # most vehicles are far off the way to the body, which few of its patches tell
     some = edge_waves(edges, places[surface.patch[surface.panel_face]], world.wavenumber)
     if np.max(np.abs(some.field), initial=0.0) < 0.5 * WEAKEST_EDGE:
         return []
-    normal = surface.normal[surface.patch_face] @ world.rotation[view.body].T
     waves = edge_waves(edges, places, world.wavenumber)
     found = []
     for edge in range(NUM_EDGES):
         is_lit = np.abs(waves.field[edge]) > WEAKEST_WAVE
-        is_lit &= np.sum(normal * waves.direction[edge], axis=-1) < 0.0
+        is_lit &= np.sum(patches.normal * waves.direction[edge], axis=-1) < 0.0
         if not np.any(is_lit):
             continue
         greatest = float(np.max(np.abs(waves.field[edge, is_lit])))
@@ -194,7 +206,7 @@ def _views_over(
                 blocker=blocker,
                 edges=edges,
                 edge=edge,
-                places=places,
+                patches=patches,
                 at_patches=waves,
                 least_length=max(float(length.min()) - PATCH_REACH, 0.0),
                 greatest_wave=greatest,
@@ -260,13 +272,28 @@ def bent_illumination(
     )
 
 
-def _above_patches(world: World, view: View) -> FloatArray:
-    """Places above the middles of a body's patches, m from the view's radar ``(patch, xyz)``."""
-    surface = world.surfaces[view.body]
+def _patches_of(world: World, view: View) -> Patches:
+    """Patches of a view's body."""
+    surface, rotation = world.surfaces[view.body], world.rotation[view.body]
     patch = surface.patch_face
     lifted = surface.centroid[patch] + SHADOW_RAY_LIFT * surface.normal[patch]
-    turned = lifted @ world.rotation[view.body].T
-    return np.asarray(turned + (world.position[view.body] - view.source))
+    place = lifted @ rotation.T + (world.position[view.body] - view.source)
+    normal = surface.normal[patch] @ rotation.T
+    away = np.maximum(np.linalg.norm(place, axis=-1), 1e-9)
+    # facets are turned from the middle one of their patch, and seen from a little aside
+    most = np.arcsin(MOST_TURNED_AWAY) + _spread_of(surface)
+    most += np.arcsin(np.minimum(PATCH_REACH / away, 1.0))
+    facing = np.sum(place * normal, axis=-1) / away
+    return Patches(place, normal, (most >= 0.5 * np.pi) | (facing < np.sin(most)))
+
+
+@lru_cache(maxsize=64)
+def _spread_of(surface: Surface) -> FloatArray:
+    """Greatest angle, rad, of a patch's facets to the facet in its middle, ``(patch,)``."""
+    least = np.ones(len(surface.patch_face))
+    middle = surface.normal[surface.patch_face[surface.patch]]
+    np.minimum.at(least, surface.patch, np.sum(surface.normal * middle, axis=-1))
+    return np.asarray(np.arccos(np.clip(least, -1.0, 1.0)))
 
 
 def _lit_over(world: World, views: Sequence[BentView], seen: Illumination) -> list[EdgeLit]:
@@ -290,21 +317,42 @@ def _lit_over(world: World, views: Sequence[BentView], seen: Illumination) -> li
 
 def _reached_patches(world: World, view: BentView) -> BoolArray:
     """Mask of the patches that the wave over one edge reaches, ``(patch,)``."""
-    waves, place = view.at_patches, view.places
+    waves, place = view.at_patches, view.patches.place
     is_lit: BoolArray = np.abs(waves.field[view.edge]) > WEAKEST_WAVE
     some = np.flatnonzero(is_lit)
     if not len(some):
         return is_lit
     lift = EDGE_CLEARANCE * view.edges.outwards[view.edge]
-    bend, start = waves.bend[view.edge, some] + lift, view.source
+    start = view.source
     # one ray to the edge suffices: all rays to it are near each other
-    middle = np.argmin(np.sum((place[some] - place[some].mean(axis=0)) ** 2, axis=-1))
-    if blocked(world, start[None], start + bend[middle, :1], but_body=view.blocker)[0]:
+    middle = some[np.argmin(np.sum((place[some] - place[some].mean(axis=0)) ** 2, axis=-1))]
+    towards = start + waves.bend[view.edge, middle, :1] + lift
+    near = _obstacles(world, start, towards)
+    if blocked(world, start[None], towards, but_body=view.blocker, among=near)[0]:
         return np.zeros(len(is_lit), dtype=np.bool_)
+    is_lit &= view.patches.may_face
+    some = np.flatnonzero(is_lit)
+    bend = start + waves.bend[view.edge, some, 1] + lift
+    end = start + place[some]
+    near = _obstacles(world, bend, end)
     is_lit[some] = ~blocked(
-        world, start + bend[:, 1], start + place[some], clearance=0.0, but_body=view.blocker
+        world, bend, end, clearance=0.0, but_body=view.blocker, among=near
     )
     return is_lit
+
+
+def _obstacles(
+    world: World, starts: FloatArray, ends: FloatArray
+) -> tuple[IntArray, IntArray]:
+    """Opaque bodies and plates that may block rays between points, m ``(ray, xyz)``."""
+    middle = np.array([np.mean(np.atleast_2d(points), axis=0) for points in (starts, ends)])
+    first, last = (
+        float(np.max(np.linalg.norm(points - centre, axis=-1), initial=0.0))
+        for points, centre in zip((starts, ends), middle, strict=True)
+    )
+    plates = plates_near(world, middle, last, margin=first)
+    bodies = bodies_near(world, middle, last, margin=first)
+    return bodies, plates[~world.plate_is_pane[plates]]
 
 
 def _losses(world: World, body: int, views: Sequence[BentView], lit: LitFacets) -> Losses:
@@ -316,7 +364,7 @@ def _losses(world: World, body: int, views: Sequence[BentView], lit: LitFacets) 
     for index, view in enumerate(views):
         face = lit.face[lit.start[index] : lit.start[index + 1]]
         patch = np.unique(surface.patch[face])
-        place = view.source + view.places[patch]
+        place = view.source + view.patches.place[patch]
         lift = EDGE_CLEARANCE * view.edges.outwards[view.edge]
         bend = view.source + view.at_patches.bend[view.edge, patch, 1] + lift
         matrix = identities(len(patch))
