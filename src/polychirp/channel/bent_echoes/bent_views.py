@@ -75,9 +75,9 @@ class Patches(NamedTuple):
 class BentView(View):
     """Radar ``radar`` as body ``body`` sees it over edge ``edge`` of the body ``blocker``.
 
-    ``patches`` are the body's, and ``at_patches`` the waves over all edges above them. ``least_length`` m is a bound
-    below the length of all paths, and ``greatest_wave`` the greatest amplitude over that without
-    the blocker.
+    ``patches`` are the body's, and ``at_patches`` the waves over all edges above them.
+    ``least_length`` m is a bound below the length of all paths, and ``greatest_wave`` the greatest
+    amplitude over that without the blocker.
     """
 
     blocker: int
@@ -335,15 +335,11 @@ def _reached_patches(world: World, view: BentView) -> BoolArray:
     bend = start + waves.bend[view.edge, some, 1] + lift
     end = start + place[some]
     near = _obstacles(world, bend, end)
-    is_lit[some] = ~blocked(
-        world, bend, end, clearance=0.0, but_body=view.blocker, among=near
-    )
+    is_lit[some] = ~blocked(world, bend, end, clearance=0.0, but_body=view.blocker, among=near)
     return is_lit
 
 
-def _obstacles(
-    world: World, starts: FloatArray, ends: FloatArray
-) -> tuple[IntArray, IntArray]:
+def _obstacles(world: World, starts: FloatArray, ends: FloatArray) -> tuple[IntArray, IntArray]:
     """Opaque bodies and plates that may block rays between points, m ``(ray, xyz)``."""
     middle = np.array([np.mean(np.atleast_2d(points), axis=0) for points in (starts, ends)])
     first, last = (

@@ -393,9 +393,7 @@ def world_of(
     )
 
 
-def bodies_near(
-    world: World, ends: FloatArray, radius: float, *, margin: float = 0.0
-) -> IntArray:
+def bodies_near(world: World, ends: FloatArray, radius: float, *, margin: float = 0.0) -> IntArray:
     """Bodies that can block rays from the point ``ends[0]`` to the sphere about ``ends[1]``, m.
 
     The point and the sphere span a cone, of radius t·``radius`` at the share t of the way. A body
@@ -416,9 +414,7 @@ def bodies_near(
     return np.flatnonzero(away - where * radius <= world.radius + margin)
 
 
-def plates_near(
-    world: World, ends: FloatArray, radius: float, *, margin: float = 0.0
-) -> IntArray:
+def plates_near(world: World, ends: FloatArray, radius: float, *, margin: float = 0.0) -> IntArray:
     """Plates whose planes pass between a point and a sphere, or cut the sphere.
 
     Rays may begin within ``margin`` m of the point.
