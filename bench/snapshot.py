@@ -59,7 +59,7 @@ def times_of(tracer, scene):
     for part in tracer.parts(world):
         began = time.process_time()
         found = part.trace(world, pairs, strongest)
-        kind = part.name.split(" of ")[0].split(" from ")[0]
+        kind = part.name.split(" of ")[0].split(" from ")[0].split(" at ")[0]
         taken[kind] = taken.get(kind, 0.0) + time.process_time() - began
         power = strength(found, scene)
         strongest = np.maximum(strongest, strongest_of_pair(found, power, len(strongest)))

@@ -1,14 +1,28 @@
 """Views of a body by way of a vehicle's edge, and the facets that such views illuminate."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Final, NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.bent_echoes.edge_waves import NUM_EDGES, Edges, EdgeWaves, edge_waves
+from polychirp.channel.bent_echoes.edge_waves import (
+    NUM_EDGES,
+    Edges,
+    EdgeWaves,
+    edge_table,
+    edge_waves,
+)
+from polychirp.channel.bent_echoes.lit_facets import (
+    MOST_TURNED_AWAY,
+    NONE_LIT,
+    WEAKEST_WAVE,
+    EdgeLit,
+    Reach,
+    facets_lit,
+)
 from polychirp.channel.bent_echoes.outlines import edges_between
 from polychirp.channel.geometry.retarded_delay import turning
 from polychirp.channel.physical_optics.illumination import (
@@ -19,11 +33,6 @@ from polychirp.channel.physical_optics.illumination import (
 )
 from polychirp.channel.physical_optics.incident_waves import incident_waves
 from polychirp.channel.physical_optics.kernels import (
-    ALONG_FIRST,
-    ALONG_SECOND,
-    FACING,
-    INVERSE_LENGTH,
-    NUM_ASPECTS,
     SENT_H,
     SENT_V,
     SHADOW_RAY_LIFT,
@@ -33,15 +42,12 @@ from polychirp.channel.physical_optics.view_losses import Losses, identities
 from polychirp.channel.physical_optics.views import Unfolded, View
 from polychirp.channel.scene.occlusion import blocked
 from polychirp.channel.scene.transmission import transmission_matrices
-from polychirp.channel.scene.world import World
+from polychirp.channel.scene.world import Surface, World, bodies_near, plates_near
 
 WEAKEST_EDGE: Final = 0.02
 """Least amplitude of an edge's wave, over that without the vehicle, for which the edge is followed:
 that at the body's strongest patch. Chosen: −34 dB one way and −68 dB both ways, about as for direct
 paths (`diffraction.paths`)."""
-
-WEAKEST_WAVE: Final = 1e-3
-"""The same for a facet to count. Chosen: −60 dB one way, 26 dB below the least edge."""
 
 PATCH_REACH: Final = 0.15
 """Greatest distance, m, of a facet's corner from the middle facet of its patch: the diagonal of
@@ -52,20 +58,32 @@ EDGE_CLEARANCE: Final = 0.02
 the grid on which edges are found."""
 
 
+class Patches(NamedTuple):
+    """Patches of a body as a radar sees them, in the frame of the world.
+
+    ``place`` m ``(patch, xyz)`` is above their middle facets, from the radar, and ``normal``
+    ``(patch, xyz)`` theirs. ``may_face`` ``(patch,)`` is false if all facets of a patch are turned
+    away from the radar by more than `MOST_TURNED_AWAY` allows.
+    """
+
+    place: FloatArray
+    normal: FloatArray
+    may_face: BoolArray
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BentView(View):
     """Radar ``radar`` as body ``body`` sees it over edge ``edge`` of the body ``blocker``.
 
-    ``places`` ``(patch, xyz)``, m from the radar, are above the middle facets of the body's
-    patches, and ``at_patches`` are the waves over all edges there. ``least_length`` m is a bound
-    below the length of all paths, and ``greatest_wave`` the greatest amplitude over that without
-    the blocker.
+    ``patches`` are the body's, and ``at_patches`` the waves over all edges above them.
+    ``least_length`` m is a bound below the length of all paths, and ``greatest_wave`` the greatest
+    amplitude over that without the blocker.
     """
 
     blocker: int
     edges: Edges
     edge: int
-    places: FloatArray
+    patches: Patches
     at_patches: EdgeWaves
     least_length: float
     greatest_wave: float
@@ -144,20 +162,6 @@ class BentView(View):
         )
 
 
-MOST_TURNED_AWAY: Final = 0.34
-"""Greatest cosine between the normal of a facet that a bent wave may reach and the straight line
-from the radar: sin 20°, as far as Kirchhoff's integral holds."""
-
-
-class _Lit(NamedTuple):
-    """Facets lit over one edge, ``(row, …)``: numbers, and columns of their `EdgeWaves`."""
-
-    face: IntArray
-    field: ComplexArray
-    length: FloatArray
-    direction: FloatArray
-
-
 def bent_views(world: World, view: View, blockers: Sequence[int]) -> list[BentView]:
     """Views of ``view``'s body over those edges of ``blockers`` that may matter."""
     between = [
@@ -165,30 +169,29 @@ def bent_views(world: World, view: View, blockers: Sequence[int]) -> list[BentVi
     ]
     if all(edges is None for _, edges in between):
         return []
-    places = _above_patches(world, view)
+    patches = _patches_of(world, view)
     return [
         over
         for blocker, edges in between
         if edges is not None
-        for over in _views_over(world, view, blocker, edges, places)
+        for over in _views_over(world, view, blocker, edges, patches)
     ]
 
 
 def _views_over(
-    world: World, view: View, blocker: int, edges: Edges, places: FloatArray
+    world: World, view: View, blocker: int, edges: Edges, patches: Patches
 ) -> list[BentView]:
     """Views over those edges of one vehicle that may matter."""
-    surface = world.surfaces[view.body]
+    surface, places = world.surfaces[view.body], patches.place
     # most vehicles are far off the way to the body, which few of its patches tell
     some = edge_waves(edges, places[surface.patch[surface.panel_face]], world.wavenumber)
     if np.max(np.abs(some.field), initial=0.0) < 0.5 * WEAKEST_EDGE:
         return []
-    normal = surface.normal[surface.patch_face] @ world.rotation[view.body].T
     waves = edge_waves(edges, places, world.wavenumber)
     found = []
     for edge in range(NUM_EDGES):
         is_lit = np.abs(waves.field[edge]) > WEAKEST_WAVE
-        is_lit &= np.sum(normal * waves.direction[edge], axis=-1) < 0.0
+        is_lit &= np.sum(patches.normal * waves.direction[edge], axis=-1) < 0.0
         if not np.any(is_lit):
             continue
         greatest = float(np.max(np.abs(waves.field[edge, is_lit])))
@@ -203,7 +206,7 @@ def _views_over(
                 blocker=blocker,
                 edges=edges,
                 edge=edge,
-                places=places,
+                patches=patches,
                 at_patches=waves,
                 least_length=max(float(length.min()) - PATCH_REACH, 0.0),
                 greatest_wave=greatest,
@@ -212,122 +215,140 @@ def _views_over(
     return found
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BentIllumination(Illumination):
+    """Facets of one body that waves over edges illuminate, each view a `BentView`.
+
+    ``field`` ``(row,)`` is the wave on each facet over that without the vehicle.
+    """
+
+    field: ComplexArray
+
+    def select(self, is_kept: BoolArray) -> Self:
+        """The illumination with only those rows of ``lit`` that the mask ``(row,)`` keeps."""
+        return replace(self, lit=self.lit.select(is_kept), field=self.field[is_kept])
+
+    def with_waves(self) -> Self:
+        """The illumination with ``lit.wave``, losses in sheets behind the edges included."""
+        world, body, lit = self.world, self.body, self.lit
+        views = [view for view in self.views if isinstance(view, BentView)]
+        if not len(lit.face):
+            return self
+        losses = _losses(world, body, views, lit)
+        faces, table = facet_levels(world.surfaces[body]).faces, view_table_of(views, world, body)
+        wave = incident_waves(faces, *mirrors_of(world, body), table, losses, lit)
+        wave[:, (SENT_V, SENT_H)] *= self.field[:, None, None].astype(np.complex64)
+        return replace(
+            self, lit=lit._replace(wave=wave, loss=np.zeros(len(lit.face), dtype=np.int64))
+        )
+
+
 def bent_illumination(
     world: World, body: int, views: Sequence[BentView], seen: Illumination
-) -> Illumination:
-    """Facets of a body that views over edges illuminate, with waves.
+) -> BentIllumination:
+    """Facets of a body that views over edges illuminate, without waves.
 
     ``seen`` is the illumination by direct views, which tells for every facet whether the straight
-    line from the radar is free. Where it is not what the box of the vehicle's edges says, an edge's
-    wave changes its sign: the field of a single edge is then the right one.
+    line from the radar is free.
     """
     groups: dict[int, list[BentView]] = {}
     for view in views:
         groups.setdefault(id(view.edges), []).append(view)
-    views = [view for group in groups.values() for view in group]
-    rows = [lit for group in groups.values() for lit in _lit_over(world, group, seen)]
-    kept = [number for number, lit in enumerate(rows) if len(lit.face)]
-    views, rows = tuple(views[number] for number in kept), [rows[number] for number in kept]
-    if not views:
-        return Illumination(world=world, body=body, views=(), lit=seen.lit.select(_none(seen)))
-    surface = world.surfaces[body]
-    lit = _facets(world, body, views, rows)
-    losses = _losses(world, body, views, lit)
-    table = view_table_of(views, world, body)
-    wave = incident_waves(facet_levels(surface).faces, *mirrors_of(world, body), table, losses, lit)
-    field = np.concatenate([lit.field for lit in rows])
-    wave[:, (SENT_V, SENT_H)] *= field[:, None, None].astype(np.complex64)
-    return Illumination(
-        world=world,
-        body=body,
-        views=views,
-        lit=lit._replace(wave=wave, loss=np.zeros(len(lit.face), dtype=np.int64)),
+    found = [
+        (view, lit)
+        for group in groups.values()
+        for view, lit in zip(group, _lit_over(world, group, seen), strict=True)
+        if len(lit.face)
+    ]
+    rows = [lit for _, lit in found] or [NONE_LIT]
+    both = EdgeLit(*[np.concatenate(column) for column in zip(*rows, strict=True)])
+    counts = [len(lit.face) for _, lit in found]
+    start = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
+    no_waves = np.empty((0, 4, 2), dtype=np.complex64)
+    none = np.empty(0, dtype=np.int64)
+    lit = LitFacets(start, both.face, both.direction, both.length, both.aspect, no_waves, none)
+    return BentIllumination(
+        world=world, body=body, views=tuple(view for view, _ in found), lit=lit, field=both.field
     )
 
 
-def _none(seen: Illumination) -> BoolArray:
-    return np.zeros(len(seen.lit.face), dtype=np.bool_)
-
-
-def _above_patches(world: World, view: View) -> FloatArray:
-    """Places above the middles of a body's patches, m from the view's radar ``(patch, xyz)``."""
-    surface = world.surfaces[view.body]
+def _patches_of(world: World, view: View) -> Patches:
+    """Patches of a view's body."""
+    surface, rotation = world.surfaces[view.body], world.rotation[view.body]
     patch = surface.patch_face
     lifted = surface.centroid[patch] + SHADOW_RAY_LIFT * surface.normal[patch]
-    turned = lifted @ world.rotation[view.body].T
-    return np.asarray(turned + (world.position[view.body] - view.source))
+    place = lifted @ rotation.T + (world.position[view.body] - view.source)
+    normal = surface.normal[patch] @ rotation.T
+    away = np.maximum(np.linalg.norm(place, axis=-1), 1e-9)
+    # facets are turned from the middle one of their patch, and seen from a little aside
+    most = np.arcsin(MOST_TURNED_AWAY) + _spread_of(surface)
+    most += np.arcsin(np.minimum(PATCH_REACH / away, 1.0))
+    facing = np.sum(place * normal, axis=-1) / away
+    return Patches(place, normal, (most >= 0.5 * np.pi) | (facing < np.sin(most)))
 
 
-def _lit_over(world: World, views: Sequence[BentView], seen: Illumination) -> list[_Lit]:
+@lru_cache(maxsize=64)
+def _spread_of(surface: Surface) -> FloatArray:
+    """Greatest angle, rad, of a patch's facets to the facet in its middle, ``(patch,)``."""
+    least = np.ones(len(surface.patch_face))
+    middle = surface.normal[surface.patch_face[surface.patch]]
+    np.minimum.at(least, surface.patch, np.sum(surface.normal * middle, axis=-1))
+    return np.asarray(np.arccos(np.clip(least, -1.0, 1.0)))
+
+
+def _lit_over(world: World, views: Sequence[BentView], seen: Illumination) -> list[EdgeLit]:
     """Facets that the waves over the edges of one vehicle reach, for every edge's view."""
     view = views[0]
     surface, rotation = world.surfaces[view.body], world.rotation[view.body]
-    is_reached = [_reached_patches(world, one) for one in views]
-    face = np.flatnonzero(np.any(is_reached, axis=0)[surface.patch])
-    place = surface.centroid[face] @ rotation.T + (world.position[view.body] - view.source)
-    # a wave that bends by less than 20° does not reach facets that are turned away by more
-    facing = np.sum(place * (surface.normal[face] @ rotation.T), axis=-1)
-    some = np.flatnonzero(facing < MOST_TURNED_AWAY * np.linalg.norm(place, axis=-1))
-    face, place = face[some], place[some]
-    waves = edge_waves(view.edges, place, world.wavenumber)
     is_seen = np.zeros(len(surface.area), dtype=np.bool_)
     for number, other in enumerate(seen.views):
         if other.radar == view.radar:
             is_seen[seen.lit.face[seen.lit.start[number] : seen.lit.start[number + 1]]] = True
-    sign = np.where(is_seen[face] == (waves.is_clear > 0.5), 1.0, -1.0)
-    found = []
-    for one, reached in zip(views, is_reached, strict=True):
-        field, local = sign * waves.field[one.edge], waves.direction[one.edge] @ rotation
-        is_lit = (np.abs(field) > WEAKEST_WAVE) & reached[surface.patch[face]]
-        is_lit &= np.sum(local * surface.normal[face], axis=-1) < 0.0
-        found.append(
-            _Lit(face[is_lit], field[is_lit], waves.length[one.edge, is_lit], local[is_lit])
-        )
-    return found
+    reach = Reach(
+        np.array([one.edge for one in views], dtype=np.int64),
+        np.array([_reached_patches(world, one) for one in views]),
+        surface.patch,
+        is_seen,
+        np.concatenate([rotation, [world.position[view.body] - view.source]]),
+    )
+    faces = facet_levels(surface).faces
+    return facets_lit(edge_table(view.edges), faces, reach, world.wavenumber)
 
 
 def _reached_patches(world: World, view: BentView) -> BoolArray:
     """Mask of the patches that the wave over one edge reaches, ``(patch,)``."""
-    waves, place = view.at_patches, view.places
+    waves, place = view.at_patches, view.patches.place
     is_lit: BoolArray = np.abs(waves.field[view.edge]) > WEAKEST_WAVE
     some = np.flatnonzero(is_lit)
     if not len(some):
         return is_lit
     lift = EDGE_CLEARANCE * view.edges.outwards[view.edge]
-    bend, start = waves.bend[view.edge, some] + lift, view.source
+    start = view.source
     # one ray to the edge suffices: all rays to it are near each other
-    middle = np.argmin(np.sum((place[some] - place[some].mean(axis=0)) ** 2, axis=-1))
-    if blocked(world, start[None], start + bend[middle, :1], but_body=view.blocker)[0]:
+    middle = some[np.argmin(np.sum((place[some] - place[some].mean(axis=0)) ** 2, axis=-1))]
+    towards = start + waves.bend[view.edge, middle, :1] + lift
+    near = _obstacles(world, start, towards)
+    if blocked(world, start[None], towards, but_body=view.blocker, among=near)[0]:
         return np.zeros(len(is_lit), dtype=np.bool_)
-    is_lit[some] = ~blocked(
-        world, start + bend[:, 1], start + place[some], clearance=0.0, but_body=view.blocker
-    )
+    is_lit &= view.patches.may_face
+    some = np.flatnonzero(is_lit)
+    bend = start + waves.bend[view.edge, some, 1] + lift
+    end = start + place[some]
+    near = _obstacles(world, bend, end)
+    is_lit[some] = ~blocked(world, bend, end, clearance=0.0, but_body=view.blocker, among=near)
     return is_lit
 
 
-def _facets(world: World, body: int, views: Sequence[BentView], rows: Sequence[_Lit]) -> LitFacets:
-    """Geometry of facets as `LitFacets` has it, without waves."""
-    faces, rotation = facet_levels(world.surfaces[body]).faces, world.rotation[body]
-    face = np.concatenate([lit.face for lit in rows])
-    direction = np.concatenate([lit.direction for lit in rows])
-    length = np.concatenate([lit.length for lit in rows])
-    normal, tangent = faces.normal[face], faces.tangent[face]
-    aspect = np.empty((len(face), NUM_ASPECTS))
-    aspect[:, :3] = length[:, None] + np.einsum("rcx,rx->rc", faces.corner[face], direction)
-    aspect[:, FACING] = -np.sum(normal * direction, axis=-1)
-    aspect[:, ALONG_FIRST] = np.sum(tangent * direction, axis=-1)
-    aspect[:, ALONG_SECOND] = np.sum(np.cross(normal, tangent) * direction, axis=-1)
-    # the field is relative to that at the straight distance, without the vehicle
-    source = [
-        np.tile((view.source - world.position[body]) @ rotation, (len(lit.face), 1))
-        for view, lit in zip(views, rows, strict=True)
-    ]
-    away = np.linalg.norm(faces.centroid[face] - np.concatenate(source), axis=-1)
-    aspect[:, INVERSE_LENGTH] = 1.0 / away
-    start = np.concatenate([[0], np.cumsum([len(lit.face) for lit in rows])])
-    no_waves = np.empty((0, 4, 2), dtype=np.complex64)
-    none = np.empty(0, dtype=np.int64)
-    return LitFacets(start, face, np.ascontiguousarray(direction), length, aspect, no_waves, none)
+def _obstacles(world: World, starts: FloatArray, ends: FloatArray) -> tuple[IntArray, IntArray]:
+    """Opaque bodies and plates that may block rays between points, m ``(ray, xyz)``."""
+    middle = np.array([np.mean(np.atleast_2d(points), axis=0) for points in (starts, ends)])
+    first, last = (
+        float(np.max(np.linalg.norm(points - centre, axis=-1), initial=0.0))
+        for points, centre in zip((starts, ends), middle, strict=True)
+    )
+    plates = plates_near(world, middle, last, margin=first)
+    bodies = bodies_near(world, middle, last, margin=first)
+    return bodies, plates[~world.plate_is_pane[plates]]
 
 
 def _losses(world: World, body: int, views: Sequence[BentView], lit: LitFacets) -> Losses:
@@ -339,7 +360,7 @@ def _losses(world: World, body: int, views: Sequence[BentView], lit: LitFacets) 
     for index, view in enumerate(views):
         face = lit.face[lit.start[index] : lit.start[index + 1]]
         patch = np.unique(surface.patch[face])
-        place = view.source + view.places[patch]
+        place = view.source + view.patches.place[patch]
         lift = EDGE_CLEARANCE * view.edges.outwards[view.edge]
         bend = view.source + view.at_patches.bend[view.edge, patch, 1] + lift
         matrix = identities(len(patch))

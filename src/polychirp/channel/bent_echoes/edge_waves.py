@@ -30,10 +30,10 @@ from polychirp.axes import ComplexArray, FloatArray
 from polychirp.channel.bent_echoes.two_edges import (
     OVER_FIRST,
     OVER_SECOND,
-    EdgeField,
     two_edge_field,
 )
 from polychirp.channel.geometry.vectors import Vector, dot, row, vector_at
+from polychirp.channel.physical_optics.facet_integral import phasor
 from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
@@ -45,10 +45,24 @@ WEAKENED_FROM, WEAKENED_TO = 5.0, 10.0
 straight edge makes 0.045 of the field without it at the first, and 0.023 at the second (−33 dB)."""
 
 ONWARDS, OUTWARDS, ALONG, FIRST, SECOND, TABLE_WIDTH = 0, 3, 6, 9, 11, 13
-"""Columns of the table of `_table`: three vectors, two corners; and their number."""
+"""Columns of the table of `edge_table`: three vectors, two corners; and their number."""
 
-NO_FIELD: Final = EdgeField(1.0, 0j, 0.0, 0)
-"""Field of an edge that is not between the radar and a point, or far off the straight line."""
+
+class _Heights(NamedTuple):
+    """Arguments of `two_edge_field` for one edge of the vehicle and one point.
+
+    ``is_far_off`` is true if the edge is not between the radar and the point, or so far below the
+    straight line that no edge of the vehicle matters.
+    """
+
+    is_far_off: bool
+    first: float
+    second: float
+    correlation: float
+
+
+FAR_OFF: Final = _Heights(True, 0.0, 0.0, 0.0)
+"""Heights of an edge far off the straight line."""
 
 
 class Edges(NamedTuple):
@@ -92,11 +106,11 @@ def edge_waves(edges: Edges, points: FloatArray, wavenumber: float) -> EdgeWaves
         np.zeros((NUM_EDGES, count, 2, 3)),
         np.ones(count),
     )
-    in_ranges(_fill_waves, count, _table(edges), points, wavenumber, *out, least=500)
+    in_ranges(_fill_waves, count, edge_table(edges), points, wavenumber, *out, least=500)
     return out
 
 
-def _table(edges: Edges) -> FloatArray:
+def edge_table(edges: Edges) -> FloatArray:
     """Edges as one table ``(edge, TABLE_WIDTH)``: kernels copy every array at every call."""
     corner = edges.corner.reshape(NUM_EDGES, 4)
     return np.concatenate([edges.onwards, edges.outwards, edges.along, corner], axis=1)
@@ -117,38 +131,66 @@ def _fill_waves(
 ) -> None:
     for i in range(begin, end):
         point = row(points, i)
-        top = _field_over(table, TOP, point, wavenumber)
-        if _is_far_off(top):
-            continue
-        left = _field_over(table, LEFT, point, wavenumber)
-        if _is_far_off(left):
-            continue
-        right = _field_over(table, RIGHT, point, wavenumber)
-        if _is_far_off(right):
-            continue
-        below, between = 1.0 - top.clear, 1.0 - left.clear - right.clear
-        is_clear[i] = 1.0 - below * between
-        field[TOP, i], field[LEFT, i] = top.wave * between, left.wave * below
-        field[RIGHT, i] = right.wave * below
-        share, corner = _share_of_top(top.square, left.square), top.wave * left.wave
-        field[TOP, i] -= share * corner
-        field[LEFT, i] -= (1.0 - share) * corner
-        share, corner = _share_of_top(top.square, right.square), top.wave * right.wave
-        field[TOP, i] -= share * corner
-        field[RIGHT, i] -= (1.0 - share) * corner
+        waves = waves_at(table, point, wavenumber)
+        is_clear[i] = waves.is_clear
         for edge in range(NUM_EDGES):
-            square, over = top.square, top.over
-            if edge == LEFT:
-                square, over = left.square, left.over
-            if edge == RIGHT:
-                square, over = right.square, right.over
-            weight = _weight(math.sqrt(square)) if is_clear[i] > 0.0 else 1.0
-            turn = 0.5 * math.pi * square
-            field[edge, i] *= weight * complex(math.cos(turn), math.sin(turn))
-            if field[edge, i] != 0.0:
-                length[edge, i] = _fill_path(
-                    table, edge, point, over, direction[edge, i], bend[edge, i]
-                )
+            field[edge, i] = waves.field[edge]
+            if field[edge, i] == 0.0:
+                continue
+            path = path_over(table, edge, point, waves.over[edge])
+            length[edge, i] = path.length
+            for a in range(3):
+                direction[edge, i, a] = path.direction[a]
+                bend[edge, i, 0, a] = path.first[a]
+                bend[edge, i, 1, a] = path.last[a]
+
+
+class WavesAt(NamedTuple):
+    """Waves over the three edges at one point: ``is_clear`` and ``field`` as in `EdgeWaves`.
+
+    ``over`` are the corners of each edge that the path meets, as in `EdgeField`.
+    """
+
+    is_clear: float
+    field: tuple[complex, complex, complex]
+    over: tuple[int, int, int]
+
+
+@inner
+def waves_at(table: FloatArray, point: Vector, wavenumber: float) -> WavesAt:
+    """Waves at a point, m from the radar; ``table`` is by `edge_table`."""
+    over, left_of = _heights(table, TOP, point, wavenumber), FAR_OFF
+    if not over.is_far_off:
+        left_of = _heights(table, LEFT, point, wavenumber)
+    if left_of.is_far_off:
+        return WavesAt(1.0, (0j, 0j, 0j), (0, 0, 0))
+    right_of = _heights(table, RIGHT, point, wavenumber)
+    if right_of.is_far_off:
+        return WavesAt(1.0, (0j, 0j, 0j), (0, 0, 0))
+    top = two_edge_field(over.first, over.second, over.correlation)
+    left = two_edge_field(left_of.first, left_of.second, left_of.correlation)
+    right = two_edge_field(right_of.first, right_of.second, right_of.correlation)
+    below, between = 1.0 - top.clear, 1.0 - left.clear - right.clear
+    is_clear = 1.0 - below * between
+    at_left, at_right = top.wave * left.wave, top.wave * right.wave
+    left_share = _share_of_top(top.square, left.square)
+    right_share = _share_of_top(top.square, right.square)
+    over_top = top.wave * between - left_share * at_left - right_share * at_right
+    over_left = left.wave * below - (1.0 - left_share) * at_left
+    over_right = right.wave * below - (1.0 - right_share) * at_right
+    field = (
+        over_top * _phased(top.square, is_clear),
+        over_left * _phased(left.square, is_clear),
+        over_right * _phased(right.square, is_clear),
+    )
+    return WavesAt(is_clear, field, (top.over, left.over, right.over))
+
+
+@inlined
+def _phased(square: float, is_clear: float) -> complex:
+    """Factor that refers a wave's phase to its path, and weakens it beside the vehicle."""
+    turned = phasor(-0.5 * math.pi * square)
+    return _weight(math.sqrt(square)) * turned if is_clear > 0.0 else turned
 
 
 @inlined
@@ -159,12 +201,6 @@ def _share_of_top(top: float, side: float) -> float:
 
 
 @inlined
-def _is_far_off(field: EdgeField) -> bool:
-    """True if the straight line passes an edge so far off that no edge of the vehicle matters."""
-    return field.clear > 0.0 and field.wave == 0.0
-
-
-@inlined
 def _weight(nu: float) -> float:
     """Smooth step from 1 at `WEAKENED_FROM` to 0 at `WEAKENED_TO`."""
     x = min(1.0, max(0.0, (WEAKENED_TO - nu) / (WEAKENED_TO - WEAKENED_FROM)))
@@ -172,19 +208,19 @@ def _weight(nu: float) -> float:
 
 
 @inlined
-def _field_over(table: FloatArray, edge: int, point: Vector, wavenumber: float) -> EdgeField:
-    """Field at a point with this edge alone."""
+def _heights(table: FloatArray, edge: int, point: Vector, wavenumber: float) -> _Heights:
+    """Heights of an edge above the straight line to a point."""
     x, y = dot(point, vector_at(table, edge, ONWARDS)), dot(point, vector_at(table, edge, OUTWARDS))
     offset = dot(point, vector_at(table, edge, ALONG))
     first, last = table[edge, FIRST], table[edge, SECOND]
     if last >= x or first <= 0.0:
-        return NO_FIELD
+        return FAR_OFF
     one = _fresnel_parameter(first, table[edge, FIRST + 1], x, y, offset, wavenumber)
     other = _fresnel_parameter(last, table[edge, SECOND + 1], x, y, offset, wavenumber)
     if max(one, other) < -WEAKENED_TO:
-        return NO_FIELD
+        return FAR_OFF
     correlation = math.sqrt(first * (x - last) / (last * (x - first)))
-    return two_edge_field(one, other, min(correlation, 1.0))
+    return _Heights(False, one, other, min(correlation, 1.0))
 
 
 @inlined
@@ -205,34 +241,46 @@ def _size(x: float, y: float) -> float:
     return math.sqrt(x * x + y * y)
 
 
-@inner
-def _fill_path(
-    table: FloatArray,
-    edge: int,
-    point: Vector,
-    over: int,
-    direction: FloatArray,
-    bend: FloatArray,
-) -> float:
-    """Write direction and bends of the path over one corner or both; return its length, m."""
+class EdgePath(NamedTuple):
+    """Path over an edge to a point: ``length`` m, unit vector ``direction`` of arrival.
+
+    ``first`` and ``last`` are its first and last point on the vehicle, m from the radar.
+    """
+
+    length: float
+    direction: Vector
+    first: Vector
+    last: Vector
+
+
+@inlined
+def path_over(table: FloatArray, edge: int, point: Vector, over: int) -> EdgePath:
+    """Path over one corner of an edge, or over both."""
     onwards, outwards = vector_at(table, edge, ONWARDS), vector_at(table, edge, OUTWARDS)
     along = vector_at(table, edge, ALONG)
     x, y, offset = dot(point, onwards), dot(point, outwards), dot(point, along)
     first = SECOND if over == OVER_SECOND else FIRST
     last = FIRST if over == OVER_FIRST else SECOND
-    fx, fy, lx, ly = (
-        table[edge, first],
-        table[edge, first + 1],
-        table[edge, last],
-        table[edge, last + 1],
-    )
+    fx, fy = table[edge, first], table[edge, first + 1]
+    lx, ly = table[edge, last], table[edge, last + 1]
     start, middle, rest = _size(fx, fy), _size(lx - fx, ly - fy), _size(x - lx, y - ly)
     across = start + middle + rest
     length = _size(across, offset)
     before, behind = offset * start / across, offset * (start + middle) / across
-    for a in range(3):
-        way = (x - lx) * onwards[a] + (y - ly) * outwards[a]
-        direction[a] = (across / rest * way + offset * along[a]) / length
-        bend[0, a] = fx * onwards[a] + fy * outwards[a] + before * along[a]
-        bend[1, a] = lx * onwards[a] + ly * outwards[a] + behind * along[a]
-    return length
+    scale, aside = across / (rest * length), offset / length
+    return EdgePath(
+        length,
+        _combined(onwards, outwards, along, scale * (x - lx), scale * (y - ly), aside),
+        _combined(onwards, outwards, along, fx, fy, before),
+        _combined(onwards, outwards, along, lx, ly, behind),
+    )
+
+
+@inlined
+def _combined(u: Vector, v: Vector, w: Vector, x: float, y: float, z: float) -> Vector:
+    """Sum of three vectors, multiplied by x, y and z."""
+    return (
+        x * u[0] + y * v[0] + z * w[0],
+        x * u[1] + y * v[1] + z * w[1],
+        x * u[2] + y * v[2] + z * w[2],
+    )

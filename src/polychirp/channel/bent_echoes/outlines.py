@@ -16,6 +16,7 @@ import numpy as np
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.bent_echoes.edge_waves import NUM_EDGES, Edges
 from polychirp.channel.scene.world import Surface, World
+from polychirp.jit import compiled, inlined
 
 GRID: Final = 0.01
 """Step, m, of the grid on which only one point of a surface is kept. Chosen: an edge is then at
@@ -139,18 +140,28 @@ def _upper_hull(points: FloatArray) -> FloatArray:
     step = np.floor(points[:, 0] / HULL_STEP).astype(np.int64)
     order = np.lexsort([points[:, 1], step])
     highest = order[np.flatnonzero(np.append(np.diff(step[order]), 1))]
-    hull: list[FloatArray] = []
-    for point in points[highest]:
-        while len(hull) > 1 and _is_below(hull[-1], hull[-2], point):
-            hull.pop()
-        hull.append(point)
-    return np.array(hull)
+    return points[highest[_on_hull(points[highest])]]
 
 
-def _is_below(point: FloatArray, start: FloatArray, end: FloatArray) -> bool:
+@compiled
+def _on_hull(points: FloatArray) -> IntArray:
+    """Numbers of the corners of the upper convex hull of points that are sorted by depth."""
+    hull = np.empty(len(points), dtype=np.int64)
+    size = 0
+    for number in range(len(points)):
+        while size > 1 and _is_below(points, hull[size - 1], hull[size - 2], number):
+            size -= 1
+        hull[size] = number
+        size += 1
+    return hull[:size]
+
+
+@inlined
+def _is_below(points: FloatArray, point: int, start: int, end: int) -> bool:
     """True if a point is on the line from ``start`` to ``end`` or below it."""
-    one, other = point - start, end - start
-    return bool(one[1] * other[0] <= other[1] * one[0] + 1e-9)
+    depth, height = points[start, 0], points[start, 1]
+    rise = (points[point, 1] - height) * (points[end, 0] - depth)
+    return bool(rise <= (points[end, 1] - height) * (points[point, 0] - depth) + 1e-9)
 
 
 def _in_frame(world: World, body: int, origin: FloatArray, frame: FloatArray) -> FloatArray:

@@ -104,10 +104,16 @@ def bent_echoes(
     one_by_one = Flats(
         False, np.zeros(size, dtype=np.bool_), np.full((size, 3), NO_NEIGHBOUR, dtype=np.int64)
     )
-    found = [
-        PairSums(first, over_edges, some, strongest, flats=one_by_one).paths(first, over_edges)
+    sums = [
+        PairSums(first, over_edges, some, strongest, flats=one_by_one)
         for first, some in ((seen, once), (over_edges, twice))
     ]
+    # waves are computed only for facets that meet a kept cell
+    is_needed = np.zeros(over_edges.lit.face.shape, dtype=np.bool_)
+    sums[0].mark((np.zeros(seen.lit.face.shape, dtype=np.bool_), is_needed))
+    sums[1].mark((is_needed, is_needed))
+    over_edges = over_edges.select(is_needed).with_waves()
+    found = [sums[0].paths(seen, over_edges), sums[1].paths(over_edges, over_edges)]
     return only_pairs(pairs, gather(found))
 
 

@@ -9,6 +9,9 @@ radiate to every receiver, and a path is the mean of both ways round.
 
 **Which pairs.** The parts are those of `flat_parts`, of two bodies, and do not touch: at a common
 edge the wave of one part goes on in the other. Legs that pass a sheet are left to the tubes.
+Most of a vehicle's small parts are hidden; of 54,000 pairs in a street of eight fitted vehicles, 61
+pass a wave on. So only pairs are tried whose first part the transmitter sees, and whose last part a
+receiver sees (`seen_parts`).
 
 **Length and directions.** Where the last part is in the shadow of the first, the wave comes from
 the point of the first that is nearest to the specular one. The delay, its rate, the direction of
@@ -25,8 +28,9 @@ from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.geometry.vectors import Vector, dot, row, vector
 from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.physical_optics.facet_integral import phasor
+from polychirp.channel.physical_optics.kernels import SHADOW_RAY_LIFT
 from polychirp.channel.ray_tubes.fields import mirrored_by, ray_along, reflected
-from polychirp.channel.ray_tubes.flat_parts import NO_PART, FlatPart
+from polychirp.channel.ray_tubes.flat_parts import LEAST_GAP, NO_PART, FlatPart
 from polychirp.channel.ray_tubes.fresnel_window import window
 from polychirp.channel.ray_tubes.intersections import (
     NO_BODY,
@@ -40,7 +44,8 @@ from polychirp.channel.ray_tubes.intersections import (
 )
 from polychirp.channel.ray_tubes.radiation import HIT, Hits, put, record
 from polychirp.channel.scene.blockers import Blockers
-from polychirp.channel.scene.world import RADAR_CLEARANCE
+from polychirp.channel.scene.occlusion import blocked
+from polychirp.channel.scene.world import RADAR_CLEARANCE, World
 from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
@@ -279,17 +284,20 @@ def may_light(
     """
     normal, centre, radius = first.normal[0], first.centre[0], float(first.radius[0])
     height = float((source - first.point[0]) @ normal)
-    way = lasts.centre - (source - 2.0 * height * normal)
+    image = source - 2.0 * height * normal
+    way = lasts.centre - image
     # depth before the first part of the nearest and of the farthest point of each sphere
     depth = way @ normal - height
     low = depth - lasts.radius
     faces = np.sum((centre - lasts.point) * lasts.normal, axis=1) + radius > 0
     may = faces & (depth + lasts.radius > 0)
+    # all of a flat part faces the image, or none of it does
+    may &= np.sum((image - lasts.point) * lasts.normal, axis=1) > 0
     # near the plane of the first part, the specular point may be anywhere
     is_far = may & (low > 0)
     share = height / np.where(is_far, height + depth, 1.0)
     length = np.linalg.norm(way, axis=1)
-    specular = source - 2.0 * height * normal + share[:, None] * way
+    specular = image + share[:, None] * way
     # a point moves the specular point by no more than this
     lever = np.where(is_far, height / np.where(is_far, height + low, 1.0), 1.0)
     spread = lasts.radius * lever * length / np.where(is_far, height + depth, 1.0)
@@ -298,6 +306,35 @@ def may_light(
     legs = share * length + spread, np.maximum(length - share * length, 0.0) + lasts.radius + spread
     zones = gap * cosine * np.sqrt(wavenumber / np.pi * (1.0 / legs[0] + 1.0 / legs[1]))
     return np.asarray(may & (zones < SHADOW_SHARE / least))
+
+
+def may_be_joined(one: Outlines, others: Outlines) -> BoolArray:
+    """Mask ``(part,)`` of the parts that may come within `LEAST_GAP` of a single part."""
+    away = np.linalg.norm(others.centre - one.centre[0], axis=1)
+    return np.asarray(away <= others.radius + one.radius[0] + LEAST_GAP)
+
+
+def seen_parts(world: World, place: FloatArray, parts: Sequence[PlacedPart]) -> BoolArray:
+    """Mask ``(part,)`` of the parts of which ``place``, m ``(xyz,)``, sees any tested point.
+
+    Tested are the corners and the middles of all facets. A part that is seen between these alone is
+    left to the tubes.
+    """
+    out = np.zeros(len(parts), dtype=np.bool_)
+    shapes = [part.shape for part in parts]
+    some = [n for n, s in enumerate(shapes) if (place - s.border[0, 0]) @ s.normal > 0]
+    if not some:
+        return out
+    points, counts = [], []
+    for shape in (shapes[number] for number in some):
+        corner = shape.corner
+        tested = np.concatenate([corner.reshape(-1, 3), corner.mean(axis=1)])
+        points.append(tested + SHADOW_RAY_LIFT * shape.normal)
+        counts.append(len(tested))
+    is_seen = ~blocked(world, place[None], np.concatenate(points))
+    start = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    out[some] = np.logical_or.reduceat(is_seen, start)
+    return out
 
 
 def without_pairs(pairs: set[tuple[int, int, int, int]], hits: Hits) -> Hits:

@@ -82,22 +82,36 @@ def _edge_term(h: float, t: float) -> complex:
     h and t are distances of S from the edge and along it, in units of (u, v).
     """
     if t < LONGEST_QUADRATURE:
-        total = 0j
-        for share, weight in GAUSS_POINTS:
-            square = h * h + share * share * t * t
-            if square < 1e-6:
-                total += weight * complex(0.25 * math.pi**2 * 0.5 * square, 0.5 * math.pi)
-            else:
-                total += weight * (1.0 - phasor(0.5 * math.pi * square)) / square
-        return h * t * total
+        return edge_quadrature(h, t)
     # the part without the phase is an angle; of the rest, what is beyond t is taken from the whole
-    square, slope = h * h + t * t, -2.0 * t * h / (h * h + t * t) ** 2
-    tail = fresnel_tail(math.pi * t, math.pi)
-    beyond = (h / square) * tail + slope * (complex(0.0, -1.0 / math.pi) - t * tail)
-    beyond *= phasor(0.5 * math.pi * square)
+    beyond = phased_tail(h, t, phasor(0.5 * math.pi * (h * h + t * t)))
     whole = phasor(0.5 * math.pi * h * h) * fresnel_tail(math.pi * abs(h), math.pi)
     whole *= math.copysign(0.5 * math.pi, h) * complex(1.0, 1.0)
     return math.atan2(t, abs(h)) * math.copysign(1.0, h) - (whole - beyond)
+
+
+@inner
+def edge_quadrature(h: float, t: float) -> complex:
+    """The integral of `_edge_term` for t from 0 to `LONGEST_QUADRATURE`."""
+    real, imaginary = 0.0, 0.0
+    for share, weight in GAUSS_POINTS:
+        # at the corner itself the factor h·t makes the sum zero, whatever the least square
+        square = max(h * h + share * share * t * t, 1e-12)
+        turned, scale = phasor(0.5 * math.pi * square), weight / square
+        real += scale * (1.0 - turned.real)
+        imaginary -= scale * turned.imag
+    return complex(h * t * real, h * t * imaginary)
+
+
+@inlined
+def phased_tail(h: float, t: float, corner: complex) -> complex:
+    r""":math:`\int_t^\infty h\,e^{-j\pi\rho^2/2}/\rho^2\,\mathrm d\tau`, ρ² = h² + τ².
+
+    t is `LONGEST_QUADRATURE` or more, and ``corner`` is e^{−jπ(h² + t²)/2}.
+    """
+    square, slope = h * h + t * t, -2.0 * t * h / (h * h + t * t) ** 2
+    tail = fresnel_tail(math.pi * t, math.pi)
+    return ((h / square) * tail + slope * (complex(0.0, -1.0 / math.pi) - t * tail)) * corner
 
 
 @inlined

@@ -112,8 +112,10 @@ from polychirp.channel.ray_tubes.flat_pairs import (
     Surroundings,
     Transmitter,
     lit_hits,
+    may_be_joined,
     may_light,
     outlines_of,
+    seen_parts,
     without_pairs,
 )
 from polychirp.channel.ray_tubes.flat_parts import are_joined, parts_in_world
@@ -223,6 +225,7 @@ class _Surroundings:
     views: dict[tuple[int, int], View]
     _obstacles: dict[int, Obstacles] = field(default_factory=dict)
     _direct: dict[bytes, FloatArray] = field(default_factory=dict)
+    _seen: dict[int, BoolArray] = field(default_factory=dict)
 
     def obstacles(self, receiver: int) -> Obstacles:
         """Obstacles between a receiver and every body."""
@@ -252,6 +255,13 @@ class _Surroundings:
     def parts_of(self, body: int) -> list[PlacedPart]:
         """Flat parts of one body."""
         return [part for part in self.parts if part.body == body]
+
+    def sees_parts(self, radar: int) -> BoolArray:
+        """Mask of the flat parts ``(part,)`` that a radar sees."""
+        if radar not in self._seen:
+            place = self.world.scene.radar_position[radar]
+            self._seen[radar] = seen_parts(self.world, place, self.parts)
+        return self._seen[radar]
 
     def direct_power(self, is_wanted: BoolArray) -> FloatArray:
         """Power of the direct paths of wanted pairs, ``(transmitter, receiver)``."""
@@ -367,7 +377,9 @@ def _final_hits(request: _Request, radar: int) -> Hits:
     near, world = request.surroundings, request.world
     source = Transmitter(request.position[radar], request.velocity[radar])
     around = Surroundings(near.space, near.faces, world.media, world.wavenumber)
-    kept += [lit_hits(source, first, last, around, least) for first, last, least in pairs]
+    lit = (lit_hits(source, first, last, around, least) for first, last, least in pairs)
+    # most pairs light nothing, and joining many empty tables takes longer than finding that out
+    kept += [hits for hits in lit if len(hits)]
     return np.concatenate(kept)
 
 
@@ -386,20 +398,31 @@ def _flat_pairs(
         if near.parts_of(first)
         for last in {part.body for part in lasts} - {first}
     }
+    is_seen, is_heard = near.sees_parts(radar), _heard_parts(request, radar)
     found = []
     for first in bodies:
         floor = np.array([least.get((first, last.body), np.inf) for last in lasts])
-        for one in near.parts_of(first):
-            if (place - one.shape.border[0, 0]) @ one.shape.normal <= 0:
-                continue
-            is_lit = may_light(
-                place, outlines_of([one]), near.outlines, request.world.wavenumber, floor
-            )
+        floor[~is_heard] = np.inf
+        some = [n for n, part in enumerate(lasts) if part.body == first and is_seen[n]]
+        for one in (lasts[number] for number in some):
+            outline = outlines_of([one])
+            is_lit = may_light(place, outline, near.outlines, request.world.wavenumber, floor)
+            is_near = may_be_joined(outline, near.outlines)
             found += [
                 (one, lasts[number], float(floor[number]))
                 for number in np.flatnonzero(is_lit & (floor < 1.0))
-                if not are_joined(one.shape, lasts[number].shape)
+                if not (is_near[number] and are_joined(one.shape, lasts[number].shape))
             ]
+    return found
+
+
+def _heard_parts(request: _Request, radar: int) -> BoolArray:
+    """Mask of the flat parts ``(part,)`` that a wanted receiver of the transmitter sees."""
+    near = request.surroundings
+    body = np.array([part.body for part in near.parts], dtype=np.int64)
+    found = np.zeros(len(body), dtype=np.bool_)
+    for receiver in request.receivers(radar):
+        found |= near.sees_parts(receiver) & request.may_be_last[receiver, body]
     return found
 
 

@@ -84,6 +84,7 @@ def blocked(
     *,
     clearance: float = RADAR_CLEARANCE,
     but_body: int | None = None,
+    among: tuple[IntArray, IntArray] | None = None,
 ) -> BoolArray:
     """Mask ``(ray,)`` of the rays that an opaque body or plate blocks between their ends.
 
@@ -92,8 +93,9 @@ def blocked(
     starts, ends : m, in the world, ``(ray, xyz)``
     clearance : distance from the start, m, within which surfaces are ignored
     but_body : number of a body that is ignored, such as the ray's own; none by default
+    among : numbers of the bodies and of the opaque plates that can block a ray; None: all
     """
-    bodies, plates = opaque_obstacles(world)
+    bodies, plates = opaque_obstacles(world) if among is None else among
     bodies = bodies[bodies != but_body]
     rays = paired_rays(starts, ends)
     blockers = in_frame_of(world, np.eye(3), np.zeros(3))

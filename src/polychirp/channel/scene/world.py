@@ -393,12 +393,12 @@ def world_of(
     )
 
 
-def bodies_near(world: World, ends: FloatArray, radius: float) -> IntArray:
+def bodies_near(world: World, ends: FloatArray, radius: float, *, margin: float = 0.0) -> IntArray:
     """Bodies that can block rays from the point ``ends[0]`` to the sphere about ``ends[1]``, m.
 
     The point and the sphere span a cone, of radius t·``radius`` at the share t of the way. A body
     can block if its own sphere touches that cone. The gap between them is a convex function of t,
-    least where its slope is zero.
+    least where its slope is zero. Rays may begin within ``margin`` m of the point.
     """
     if not len(world.surfaces):
         return np.zeros(0, dtype=np.int64)
@@ -411,15 +411,18 @@ def bodies_near(world: World, ends: FloatArray, radius: float) -> IntArray:
     if length > radius:
         where = np.clip(foot + off * radius / (length * np.sqrt(length**2 - radius**2)), 0.0, 1.0)
     away = np.hypot(off, (where - foot) * length)
-    return np.flatnonzero(away - where * radius <= world.radius)
+    return np.flatnonzero(away - where * radius <= world.radius + margin)
 
 
-def plates_near(world: World, ends: FloatArray, radius: float) -> IntArray:
-    """Plates whose planes pass between a point and a sphere, or cut the sphere."""
+def plates_near(world: World, ends: FloatArray, radius: float, *, margin: float = 0.0) -> IntArray:
+    """Plates whose planes pass between a point and a sphere, or cut the sphere.
+
+    Rays may begin within ``margin`` m of the point.
+    """
     sides = np.einsum("epx,px->ep", ends[:, None] - world.plates.centre, world.plates.normal)
     return np.flatnonzero(
-        (np.minimum(sides[0], sides[1] - radius) <= 0)
-        & (np.maximum(sides[0], sides[1] + radius) >= 0)
+        (np.minimum(sides[0] - margin, sides[1] - radius) <= 0)
+        & (np.maximum(sides[0] + margin, sides[1] + radius) >= 0)
     )
 
 
