@@ -161,12 +161,10 @@ def test_a_frame_without_interference_is_not_touched(method):
     assert cleaned.samples == pytest.approx(frame.samples, abs=1e-9)
 
 
-def test_the_network_touches_a_clean_frame_of_strong_echoes_as_its_page_says():
-    """On these ramps, which no training frame resembles, up to 5 % of the samples change."""
+def test_the_network_does_not_touch_a_clean_frame_of_strong_echoes():
     frame = frame_of(RAMPS, POINTS)
     cleaned = ComplexNetwork().mitigate(frame)
-    change = np.any(np.abs(cleaned.samples - frame.samples) > 1e-9, axis=0)
-    assert 0.0 < np.mean(change[frame.times.is_sample]) < 0.05
+    assert cleaned.samples == pytest.approx(frame.samples, abs=1e-9)
 
 
 def test_nothing_is_present_in_the_padding_or_without_weight(ramp_method):
