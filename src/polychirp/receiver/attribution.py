@@ -25,7 +25,7 @@ from polychirp.receiver.signal_model.point_signal import (
     matched_amplitudes,
 )
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
-from polychirp.receiver.stepped.chain import MfskReceiver
+from polychirp.receiver.stepped.chain import MfskReceiver, in_sequences, noise_of_sequences
 
 
 def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, PartPowers]:
@@ -119,7 +119,9 @@ def target_levels(
               \mathrm{INR} = \frac{|\sum_k e_k^* i_k|^2}{\sum_k |e_k|^2\;\overline{|n_k|^2}}.
 
     So all ramps and channels add up coherently, also if the receiver does not add them so. Parts
-    are those after the receiver's mitigation. A target without echo has zeros.
+    are those after the receiver's mitigation. A target without echo has zeros. The receiver of MFSK
+    has the tapered means of its two sequences in the place of ramps, since a step alone does not
+    tell echoes apart.
     """
     still = np.zeros(len(truth.name))
     cells = Detections(
@@ -138,7 +140,10 @@ def target_levels(
     is_own, is_noise = np.isin(name, ("echo", "multipath")), name == "noise"
     echo = amplitude[:, is_own].sum(axis=1)
     rest = amplitude[:, ~is_own & ~is_noise].sum(axis=1)
-    noise = np.mean(np.abs(amplitude[:, is_noise].sum(axis=1)) ** 2, axis=1)
+    noise_power = np.abs(amplitude[:, is_noise].sum(axis=1)) ** 2
+    noise = np.mean(noise_power, axis=1)
+    if isinstance(receiver, MfskReceiver):
+        echo, rest, noise = in_sequences(echo), in_sequences(rest), noise_of_sequences(noise_power)
     energy = np.sum(np.abs(echo) ** 2, axis=1)
     added = np.abs(np.sum(echo.conj() * rest, axis=1)) ** 2
     floor = np.maximum(noise, 1e-300)

@@ -41,7 +41,7 @@ class MfskReceiver(DetectorSettings):
     **Accuracy.** The phase tells the range to :math:`N\Delta R\,\sigma_\delta` with N steps and
     :math:`\sigma_\delta = 1/(2\pi\sqrt{\mathrm{SNR}})` cycles, 8 cells with 512 steps at 20 dB in a
     cell of one sequence and all channels. A greater shift is more accurate, and less unambiguous.
-    Errors are 1.26 times the Cramér–Rao bound: the taper has a noise bandwidth of 1.58 cells.
+    The taper makes errors 1.26 times the Cramér–Rao bound: its noise bandwidth is 1.58 cells.
 
     **Limits.** Two targets with one beat are one detection, whose range and range rate are those of
     neither. Of the motions that have one beat and phase, the slowest within the ranges is taken;
@@ -151,9 +151,8 @@ class MfskReceiver(DetectorSettings):
 
     def combined_power(self, amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
         """Power, W, of amplitudes ``(…, ramp)``: the mean of both sequences, each in phase."""
-        window = taper(schedule.num_ramps // SEQUENCES)
-        each = [amplitude[..., first::SEQUENCES] @ window for first in range(SEQUENCES)]
-        return np.asarray(np.mean(np.abs(each) ** 2, axis=0))
+        del schedule
+        return np.asarray(np.mean(np.abs(in_sequences(amplitude)) ** 2, axis=-1))
 
     def unambiguous_speed(self, schedule: RampSchedule) -> float:
         """Speed, m/s, up to which the motions within the receiver's limits differ."""
@@ -163,6 +162,22 @@ class MfskReceiver(DetectorSettings):
             greatest_range=self.greatest_range,
             greatest_speed=self.greatest_speed,
         )
+
+
+def in_sequences(amplitude: ComplexArray) -> ComplexArray:
+    """Tapered means of both sequences of amplitudes of steps ``(…, ramp)``: ``(…, sequence)``.
+
+    Only they tell echoes of different ranges apart: on a single step, all echoes are one amplitude.
+    """
+    window = taper(amplitude.shape[-1] // SEQUENCES)
+    each = [amplitude[..., first::SEQUENCES] @ window for first in range(SEQUENCES)]
+    return np.stack(each, axis=-1)
+
+
+def noise_of_sequences(noise: FloatArray) -> FloatArray:
+    """Mean power of `in_sequences` of noise, from that on single steps, W ``(…, ramp)``."""
+    window = taper(noise.shape[-1] // SEQUENCES)
+    return np.asarray(np.mean(noise, axis=-1) * np.sum(window**2))
 
 
 def turning_loss(stairs: Staircase, times: SampleTimes, range_rate: FloatArray) -> FloatArray:

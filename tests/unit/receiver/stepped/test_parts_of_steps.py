@@ -5,11 +5,15 @@ import pytest
 
 from polychirp.model.if_frame import IfParts
 from polychirp.model.radar import Converter
-from polychirp.receiver.attribution import floor_rise
+from polychirp.model.truth import Truth
+from polychirp.receiver.attribution import floor_rise, target_levels
 from polychirp.receiver.overview.range_azimuth import range_azimuth_map
 from polychirp.receiver.overview.range_rate import range_rate_map
+from polychirp.receiver.range_doppler.transforms import taper
+from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.receiver.stepped.chain import MfskReceiver
 from polychirp.receiver.stepped.staircase import Staircase
+from polychirp.receiver.stepped.steps import middle_time
 from polychirp.rng import Streams
 from polychirp.scoring.association import Gate
 from polychirp.study.roc.yardsticks import (
@@ -52,6 +56,39 @@ def test_the_floor_rises_by_the_power_of_interference_over_noise():
     parts = IfParts(samples=np.stack([other, noise]), names=("direct", "noise"))
     frame = frame_of(STEPS, [], converter=CONVERTER).with_samples(noise + other)
     assert floor_rise(RECEIVER, frame, parts) == pytest.approx(3.0, rel=0.15)
+
+
+def test_the_snr_of_a_target_is_that_of_its_own_echo():
+    """A step has all echoes at once: only the sum over steps knows the weak one, 30 dB below.
+
+    A tone of amplitude a in noise of σ² on each of C channels has, of two sequences with the taper
+    w, the SNR 2 C a²/(σ² Σw²); the samples of a step have Hann's weights h, and their noise is
+    σ² Σh²/(Σh)².
+    """
+    points = [
+        HandPoint(range=9.0, range_rate=-6.0, spreading=0.0),
+        HandPoint(range=4.0, range_rate=-8.0, power=1e-3, spreading=0.0),
+    ]
+    clean = frame_of(STEPS, points, noise=0.0, converter=CONVERTER)
+    noise = frame_of(STEPS, [], seed=3, noise=1e-4, converter=CONVERTER)
+    parts = IfParts(samples=np.stack([clean.samples, noise.samples]), names=("echo", "noise"))
+    frame = clean.with_samples(clean.samples + noise.samples)
+    middle, rate = middle_time(frame.times), np.array([-6.0, -8.0])
+    true = Truth(
+        time=middle,
+        name=("strong", "weak"),
+        range=np.array([9.0, 4.0]) + rate * middle,
+        range_rate=rate,
+        azimuth=np.zeros(2),
+        elevation=np.zeros(2),
+        point=np.zeros((2, 3)),
+        is_visible=np.ones(2, dtype=np.bool_),
+    )
+    snr = target_levels(RECEIVER, frame, parts, true).snr
+    hann = hann_weights(frame.times.is_sample.astype(float))[0]
+    mean_noise = 1e-4 * np.sum(hann**2) / np.sum(hann) ** 2 * np.sum(taper(128) ** 2)
+    ideal = 2.0 * frame.array.num_channels / mean_noise
+    assert snr == pytest.approx([ideal, 1e-3 * ideal], rel=0.1)
 
 
 def test_ranges_are_resolved_by_the_band_of_all_steps():
