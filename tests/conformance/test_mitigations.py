@@ -68,7 +68,7 @@ ON_ANY_RAMPS = REPAIRS | {
 """Methods that work ramp by ramp; the last ones remove only the bursts they are made for."""
 
 TRAINED = {"complex network": ComplexNetwork()}
-"""Methods that work ramp by ramp and also take strong echoes of a clean frame for bursts."""
+"""Methods that work ramp by ramp and are trained: no threshold bounds what they do to clean frames."""
 
 ON_EQUAL_RAMPS = {"ramp minimum": RampMinimum(), "burg along ramps": Burg(along="ramps", order=4)}
 """Methods that compare ramps, which must be equal."""
@@ -322,7 +322,6 @@ def test_a_noise_canceller_refuses_real_samples_and_nulling_one_channel():
         (lambda: Nulling(least_excess=1.0), "excess"),
         (lambda: LowRankHankel(rank=0), "rank"),
         (lambda: ComplexNetwork(kept_above=0.0), "share"),
-        (lambda: ComplexNetwork(longest_mask=1.1), "share"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(make, word):

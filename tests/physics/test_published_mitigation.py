@@ -13,6 +13,7 @@ from polychirp.receiver.mitigation import (
     Autoregression,
     Blanking,
     Burg,
+    ComplexNetwork,
     Imat,
     LowRankHankel,
     NoiseCanceller,
@@ -107,7 +108,7 @@ def test_a_noise_canceller_removes_an_impulse():
 
 
 def test_methods_keep_the_order_of_arim():
-    """Clean, sparse, autoregressive, adaptive, fixed threshold, nothing; means over drawn cells."""
+    """Clean, sparse, network, autoregressive, adaptive, fixed threshold, nothing; means of cells."""
     draw = np.random.default_rng(11)
     window = np.hanning(1024)
 
@@ -124,6 +125,7 @@ def test_methods_keep_the_order_of_arim():
         kept = (
             parts.echo + parts.noise,
             Imat().mitigate(frame).samples,
+            ComplexNetwork().mitigate(frame).samples,
             Autoregression().mitigate(frame).samples,
             Blanking().mitigate(frame).samples,
             fixed,

@@ -41,9 +41,12 @@ SLICES: Final = 34
 CLEAN: Final = 0.35
 """Share of the pieces from which interference is taken away; chosen."""
 
+HARMLESS: Final = 1e-3
+"""Power of interference relative to the echoes of its cell that may stay beside them; chosen."""
+
 
 class Examples(NamedTuple):
-    """Planes, the share of each cell to be kept, and its weight, ``(piece, frequency, slice)``."""
+    """Planes, the label m of each cell, and its weight, ``(piece, frequency, slice)``."""
 
     planes: ComplexArray
     kept: FloatArray
@@ -76,14 +79,19 @@ def _pieces(
     of_ramp: ComplexArray, names: tuple[str, ...], random: np.random.Generator, count: int
 ) -> list[tuple[ComplexArray, FloatArray]]:
     """Pieces of one ramp, from its parts ``(part, fast)``."""
-    is_other = np.isin(names, ("direct", "indirect"))
-    other, clean = of_ramp[is_other].sum(axis=0), of_ramp[~is_other].sum(axis=0)
+    is_other, is_noise = np.isin(names, ("direct", "indirect")), np.isin(names, ("noise",))
+    other, noise, echo = (
+        of_ramp[part].sum(axis=0) for part in (is_other, is_noise, ~is_other & ~is_noise)
+    )
     if random.random() < CLEAN:
         other = np.zeros_like(other)
-    planes = compressed_planes((clean + other)[None])[0]
+    planes = compressed_planes((echo + noise + other)[None])[0]
     transform = hann_transform(WINDOW, HOPS)
-    wanted, unwanted = (np.abs(transform.stft(part)) ** 2 for part in (clean, other))
-    kept = wanted / np.maximum(wanted + unwanted, 1e-300)
+    of_noise, of_echo, of_other = (
+        np.abs(transform.stft(part)) ** 2 for part in (noise, echo, other)
+    )
+    harmless = of_noise.mean() + HARMLESS * of_echo
+    kept = harmless / np.maximum(harmless + of_other, 1e-300)
     spare = planes.shape[-1] - SLICES
     starts = random.integers(0, spare + 1, count)
     return [(planes[:, s : s + SLICES], kept[:, s : s + SLICES]) for s in starts]

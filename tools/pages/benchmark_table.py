@@ -65,7 +65,7 @@ MULTIPLICATIONS: Final[Mapping[str, str]] = {
     "noise-canceller": "8 log₂ N + 8 L per sample (L = 8)",
     "ramp-minimum": "8 log₂ N + 4 per sample",
     "low-rank-hankel": "320 r N log₂ N per ramp and iteration (r = 10, 20 iterations)",
-    "complex-network": "20 000 per sample",
+    "complex-network": "45 000 per sample, and 20 iterations of 8 log₂ N + 1500 for hit ramps",
 }
 """Real multiplications per channel beside those of detection, 4 P² + 8 P per sample with P = 8; N
 samples per ramp, C channels. They are those of the documentation of each method."""

@@ -90,6 +90,17 @@ def test_a_burst_that_no_training_frame_has_loses_most_of_its_power():
         assert after < 0.1 * before
 
 
+def test_echoes_under_a_burst_come_back():
+    """Zeroed instead of filled, the masked cells alone would cost 5 % of a target and more."""
+    for number in range(4):
+        frame, parts = with_disturbance(*drawn_ramp(number), sinr=from_db(-12.7))
+        left = ComplexNetwork().mitigate(frame).repair(parts.echo)
+        spectrum, kept = (
+            np.abs(np.fft.fft(x[0, 0] * np.hanning(4160))) for x in (parts.echo, left)
+        )
+        assert kept[spectrum.argmax()] == pytest.approx(spectrum.max(), rel=0.03)
+
+
 def test_real_samples_stay_real():
     frame, _ = drawn_ramp()
     cleaned = ComplexNetwork().mitigate(frame.with_samples(2.0 * frame.samples.real))
