@@ -68,7 +68,7 @@ ON_ANY_RAMPS = REPAIRS | {
 """Methods that work ramp by ramp; the last ones remove only the bursts they are made for."""
 
 TRAINED = {"complex network": ComplexNetwork()}
-"""Methods that work ramp by ramp and are trained: no threshold bounds what they do to clean frames."""
+"""Methods that work ramp by ramp and are trained: nothing bounds what they do to clean frames."""
 
 ON_EQUAL_RAMPS = {"ramp minimum": RampMinimum(), "burg along ramps": Burg(along="ramps", order=4)}
 """Methods that compare ramps, which must be equal."""

@@ -108,7 +108,7 @@ def test_a_noise_canceller_removes_an_impulse():
 
 
 def test_methods_keep_the_order_of_arim():
-    """Clean, sparse, network, autoregressive, adaptive, fixed threshold, nothing; means of cells."""
+    """Clean, sparse, network, autoregressive, adaptive, fixed threshold, nothing."""
     draw = np.random.default_rng(11)
     window = np.hanning(1024)
 

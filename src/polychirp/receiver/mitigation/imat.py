@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+import numpy as np
+
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.base import Mitigated
@@ -48,6 +50,6 @@ class Imat(BurstRepair):
         hit = self.hit(frame)
         missing = (
             (ramps, samples_at(hit[ramps, : frame.times.num_samples[ramps[0]]]))
-            for ramps in batches_of_one_length(frame, hit.any(axis=1))
+            for ramps in batches_of_one_length(frame, np.any(hit, axis=1))
         )
         return filled_from_lines(frame, missing, iterations=self.iterations, depth=self.depth)

@@ -86,7 +86,7 @@ def samples_at(hit: BoolArray) -> Missing:
 def sparse_lines(
     samples: ComplexArray, missing: Missing, *, iterations: int, depth: float
 ) -> BoolArray:
-    r"""Lines that each iteration with an adaptive threshold keeps, ``(iteration, ramp, frequency)``.
+    r"""Lines of spectra that iterations with falling thresholds keep.
 
     With the samples y, the map M to their missing part and the Fourier transform F over the ramp,
     the iteration is
@@ -104,6 +104,10 @@ def sparse_lines(
     iterations : number of thresholds, 2 or more
     depth : power ratio of the first threshold to the last
 
+    Returns
+    -------
+    chosen : ``(iteration, ramp, frequency)``
+
     Examples
     --------
     A tone of which ten samples are missing:
@@ -120,12 +124,11 @@ def sparse_lines(
 
     known = samples - missing(samples)
     z = known
+    strongest = rms(fft.fft(known, axis=-1)).max(axis=-1, keepdims=True)
     chosen = np.zeros((iterations, *samples.shape[1:]), dtype=np.bool_)
     for k in range(iterations):
         spectrum = fft.fft(z, axis=-1)
         level = rms(spectrum)
-        if k == 0:
-            strongest = level.max(axis=-1, keepdims=True)
         threshold = strongest * depth ** (-0.5 * k / (iterations - 1))
         least = LEAST_LINE_FACTOR * np.median(level, axis=-1, keepdims=True)
         chosen[k] = level > np.maximum(threshold, least)
