@@ -38,13 +38,19 @@ def interference_ghosts(row: PaperRow) -> tuple[GhostRow, ...]:
 
 
 def row_in_words(row: PaperRow) -> str:
-    """True targets, detected targets and ghosts of interference of a row, in one line."""
+    """True targets, detected targets, ghosts of interference and other false detections of a row."""
     there = ", ".join(f"{target.name} at {decimal(target.range_m)} m" for target in row.targets)
     found = ", ".join(target_words(target) for target in row.targets if target.detected) or "none"
     ghosts = ", ".join(
         f"{ghost.kind} at {decimal(ghost.range_m)} m" for ghost in interference_ghosts(row)
     )
-    return f"{there}; found {found}; ghosts: {ghosts or 'none'}"
+    others = ", ".join(
+        f"{ghost.kind} at {decimal(ghost.range_m)} m"
+        for ghost in row.ghosts
+        if ghost.kind not in INTERFERENCE_GHOSTS
+    )
+    besides = f"; besides: {others}" if others else ""
+    return f"{there}; found {found}; ghosts: {ghosts or 'none'}{besides}"
 
 
 def row_of(results: PaperResults, claim: PaperClaim) -> PaperRow | None:

@@ -35,6 +35,16 @@ LEAST_HEIGHT_DB: Final = 15.0
 """Height of the floor over thermal noise from which on it is shown, dB; chosen: lower ones need no
 arrow."""
 
+LABEL_HEIGHT: Final = 11
+"""Height of a line of a label, points."""
+
+LABEL_WIDTH_M: Final = 2.5
+"""Width of the label of a ghost on the axis of range, m."""
+
+LABEL_CLEARANCE_DB: Final = 25.0
+"""Difference of two points' powers from which on their labels are apart, dB; chosen, so that two
+raised labels are apart too."""
+
 GHOST_MARKS: Final[dict[GhostKind, tuple[str, str, str]]] = {
     "direct": ("X", VERMILION, "ghost: direct interference"),
     "indirect": ("P", VERMILION, "ghost: indirect interference"),
@@ -169,10 +179,18 @@ def _label_peaks(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArra
     named = [*labels, *(target.range_m for target in row.targets)]
     if all(abs(strongest - place) > RANGE_AGREEMENT for place in named):
         labels[strongest] = (f"strongest peak {strongest:.2f} m", INK)
-    for place, (label, colour) in labels.items():
-        if place <= MAX_RANGE:
-            at = (place, float(np.interp(place, range_, power)))
-            axes.annotate(label, at, (7, 3), textcoords="offset points", size=8.5, color=colour)
+    shown = sorted(place for place in labels if place <= MAX_RANGE)
+    levels = [float(np.interp(place, range_, power)) for place in shown]
+    for place, level, rise in zip(shown, levels, rises(shown, levels), strict=True):
+        label, colour = labels[place]
+        axes.annotate(
+            label,
+            (place, level),
+            (7, 3 + LABEL_HEIGHT * rise),
+            textcoords="offset points",
+            size=8.5,
+            color=colour,
+        )
 
 
 def mark_floor(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
@@ -189,6 +207,27 @@ def mark_floor(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray)
     )
     middle = (FLOOR_PLACE, level - 0.5 * height)
     axes.annotate(f"+{height:.0f} dB", middle, (6, 0), textcoords="offset points", weight="bold")
+
+
+def rises(places: list[float], levels: list[float]) -> list[int]:
+    """Number of lines by which the label of each point is raised, so that labels do not overlap.
+
+    Parameters
+    ----------
+    places : ascending ranges, m
+    levels : powers, dBm
+
+    Examples
+    --------
+    >>> rises([3.7, 5.2, 12.0], [-40.0, -40.0, -40.0])
+    [0, 1, 0]
+    """
+    raised: list[int] = []
+    for n, (place, level) in enumerate(zip(places, levels, strict=True)):
+        near = [k for k in range(n) if place - places[k] < LABEL_WIDTH_M]
+        taken = {raised[k] for k in near if abs(level - levels[k]) < LABEL_CLEARANCE_DB}
+        raised.append(min(set(range(n + 1)) - taken))
+    return raised
 
 
 def spread(places: list[float], *, apart: float) -> list[float]:

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from numba import njit
 from numpy.polynomial import chebyshev
 
-from polychirp.jit import compiled
 from polychirp.synthesis.stretch.batch_kernels import second_derivative
 
 
-@compiled
+@njit  # not cached: a cache would not see that the inner kernel changes
 def compiled_derivative(out, term, factor):
     second_derivative(out, term, factor)
 
