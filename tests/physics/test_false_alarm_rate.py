@@ -1,4 +1,4 @@
-"""Noise alone crosses a CFAR threshold as often as is stated: on exponential and Gamma cells."""
+"""Noise crosses a CFAR threshold as often as is stated: of receivers, and of one direction."""
 
 import numpy as np
 import pytest
@@ -9,6 +9,8 @@ from polychirp.receiver.detection.cfar import (
     ordered_statistic,
     ordered_statistic_factor,
 )
+from polychirp.receiver.detection.looks import independent_looks
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 
 CONFIDENCE = 1 - 1e-4
 
@@ -72,3 +74,43 @@ def test_the_quadrature_for_many_looks_is_rohlings_product_for_one(num_cells: in
     alpha = ordered_statistic_factor(num_cells, rank, false_alarm_probability=1e-4)
     value, weight = _order_statistic(num_cells, rank, 1)
     assert weight @ gammaincc(1, alpha * value) == pytest.approx(1e-4, rel=1e-4)
+
+
+def crossings_over_stated(inr, *, channels, maps=30, probability=1e-3):
+    """Rate of crossings beside thermal noise and a noise-like signal of one direction.
+
+    Returned beside the number of looks in the median.
+    """
+    random = np.random.default_rng([channels, round(100 * inr)])
+    shape = (128, 120)
+    found, looks = 0, []
+    for _ in range(maps):
+        noise = random.normal(size=(channels, *shape, 2)).view(complex)[..., 0]
+        other = random.normal(size=(*shape, 2)).view(complex)[..., 0]
+        turn = np.exp(2j * np.pi * random.random() * np.arange(channels))[:, None, None]
+        amplitude = (noise + np.sqrt(inr) * turn * other).astype(np.complex64)
+        looks.append(np.median(independent_looks(amplitude)))
+        crossed = ordered_statistic(
+            np.mean(np.abs(amplitude) ** 2, axis=0),
+            window=RangeDoppler().window,
+            false_alarm_probability=probability,
+            quantile=0.6,
+            num_looks=independent_looks(amplitude),
+        )
+        found += crossed.row.size
+    return found / (maps * np.prod(shape) * probability), float(np.median(looks))
+
+
+@pytest.mark.parametrize("channels", [4, 12])
+@pytest.mark.parametrize("inr", [0.0, 0.1, 1.0, 10.0, 1e4])
+def test_a_signal_of_one_direction_does_not_raise_the_rate_of_crossings(inr, channels):
+    """Without it, all channels are looks; where it is far above the noise, there is one look.
+
+    With as many looks as channels, the rate would be 30 to 80 times the stated one at 40 dB.
+    Between both ends a threshold for tr R / λ looks lies on the safe side.
+    """
+    rate, looks = crossings_over_stated(inr, channels=channels)
+    assert rate < 1.4
+    if inr in (0.0, 1e4):
+        assert rate == pytest.approx(1.0, abs=0.15)
+        assert looks == (channels if inr == 0.0 else 1.0)

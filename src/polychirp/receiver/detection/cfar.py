@@ -13,7 +13,7 @@ some 15 % of the wanted one.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Self
 
 import numpy as np
@@ -104,7 +104,7 @@ class Crossings(Sealed):
 
 @lru_cache(maxsize=4096)
 def ordered_statistic_factor(
-    num_cells: int, rank: int, *, false_alarm_probability: float, num_looks: int = 1
+    num_cells: int, rank: int, *, false_alarm_probability: float, num_looks: float = 1
 ) -> float:
     r"""Factor α: noise exceeds α times the ``rank``-th smallest training cell with the probability.
 
@@ -130,7 +130,7 @@ def ordered_statistic_factor(
     return float(root)
 
 
-def _order_statistic_tail(num_cells: int, rank: int, num_looks: int) -> Callable[[float], float]:
+def _order_statistic_tail(num_cells: int, rank: int, num_looks: float) -> Callable[[float], float]:
     """False-alarm probability as a function of the factor α of `ordered_statistic_factor`."""
     remaining = num_cells - np.arange(rank)
     if num_looks == 1:
@@ -142,7 +142,7 @@ def _order_statistic_tail(num_cells: int, rank: int, num_looks: int) -> Callable
 
 
 @lru_cache(maxsize=4096)
-def _order_statistic(num_cells: int, rank: int, num_looks: int) -> tuple[FloatArray, FloatArray]:
+def _order_statistic(num_cells: int, rank: int, num_looks: float) -> tuple[FloatArray, FloatArray]:
     """Quadrature values and weights of the ``rank``-th smallest of ``num_cells`` Gamma variables.
 
     The weights add up to 1; each variable has the shape ``num_looks`` and the scale 1.
@@ -166,7 +166,7 @@ def ordered_statistic(
     window: CfarWindow,
     false_alarm_probability: float,
     quantile: float = 0.75,
-    num_looks: int = 1,
+    num_looks: float | FloatArray = 1,
 ) -> Crossings:
     """Cells of ``power`` ``(row, column)`` above a multiple of an order statistic around them.
 
@@ -175,6 +175,11 @@ def ordered_statistic(
 
     A cell exceeds α times the k-th smallest training cell exactly if at least k training cells
     are below the cell divided by α. So they are counted, which is faster than to sort them.
+
+    Parameters
+    ----------
+    power : ``(row, column)``
+    num_looks : independent exponential variables in each cell, of the map or ``(column,)``
 
     Raises
     ------
@@ -197,18 +202,19 @@ def ordered_statistic(
         raise InputError(
             f"an order statistic's quantile of {quantile:g} is not in (0, 1]; try 0.75"
         )
-    count, rank, factor = _thresholds(
-        power.shape, window, false_alarm_probability, quantile, num_looks
-    )
+    looks = np.broadcast_to(np.asarray(num_looks, dtype=np.float64), power.shape[1:])
+    factor = np.empty(power.shape)
+    for number in np.unique(looks):
+        count, rank, of_number = _thresholds(
+            power.shape, window, false_alarm_probability, quantile, float(number)
+        )
+        factor[:, looks == number] = of_number[:, looks == number]
     padded = _padded(power, window, fill=np.inf)
     row, column = np.nonzero(count_below(padded, power / factor, window.offsets) >= rank)
     around = window.offsets + np.array(window.reach) + np.stack([row, column], axis=1)[:, None]
     training = np.sort(padded[around[..., 0], around[..., 1]], axis=1)
     statistic = training[np.arange(row.size), rank[row, column] - 1]
-    bias = _for_each_count(
-        count[row, column],
-        lambda number: _mean_order_statistic(number, max(1, round(quantile * number)), num_looks),
-    )
+    bias = _floor_biases(count[row, column], looks[column], quantile)
     return Crossings(row=row, column=column, power=power[row, column], floor=statistic / bias)
 
 
@@ -218,7 +224,7 @@ def _thresholds(
     window: CfarWindow,
     false_alarm_probability: float,
     quantile: float,
-    num_looks: int,
+    num_looks: float,
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Number of training cells, rank and factor of every cell of a map, ``(row, column)`` each."""
     count = training_count(shape, window)
@@ -235,8 +241,18 @@ def _thresholds(
     return count, rank, factor
 
 
-def _mean_order_statistic(num_cells: int, rank: int, num_looks: int) -> float:
-    """Mean of the ``rank``-th smallest of ``num_cells`` noise cells of mean 1."""
+def _floor_biases(count: IntArray, looks: FloatArray, quantile: float) -> FloatArray:
+    """Mean of the order statistic of cells of mean 1, for each cell's ``count`` and ``looks``."""
+    bias = np.empty(count.shape)
+    for number in np.unique(looks):
+        mean = partial(_mean_order_statistic, quantile=quantile, num_looks=float(number))
+        bias[looks == number] = _for_each_count(count[looks == number], mean)
+    return bias
+
+
+def _mean_order_statistic(num_cells: int, *, quantile: float, num_looks: float) -> float:
+    """Mean of the order statistic of ``num_cells`` noise cells of mean 1."""
+    rank = max(1, round(quantile * num_cells))
     if num_looks == 1:
         return float(np.sum(1.0 / (num_cells - np.arange(rank))))
     value, weight = _order_statistic(num_cells, rank, num_looks)

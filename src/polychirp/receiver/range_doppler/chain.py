@@ -15,6 +15,7 @@ from polychirp.receiver.angle.directions import directions
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
+from polychirp.receiver.detection.looks import independent_looks
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.combination import detect_by_subframes
 from polychirp.receiver.range_doppler.peaks import interpolated_peaks, is_local_maximum
@@ -47,7 +48,7 @@ class RangeDoppler(DetectorSettings):
     """Receiver of equal chirps: two Fourier transforms, ordered-statistic CFAR, MIMO decoding.
 
     The steps: mitigation, tapered transforms over each chirp and over the chirps, power summed over
-    channels, CFAR, local maxima interpolated between cells, the choice among the range rates that a
+    channels, CFAR with as many looks as channels are independent (`detection.looks`), local maxima interpolated between cells, the choice among the range rates that a
     code of the transmitting elements leaves open (`unfolding`), azimuths and elevations from the
     virtual array's amplitudes in the cell, which are one snapshot (`angle.directions`).
 
@@ -161,7 +162,7 @@ class RangeDoppler(DetectorSettings):
             window=self.window.fitted(map_.power.shape),
             false_alarm_probability=self.false_alarm_probability,
             quantile=self.quantile,
-            num_looks=spectra.amplitude.shape[0],
+            num_looks=independent_looks(spectra.amplitude),
         )
         is_peak = is_local_maximum(map_.power, row=found.row, column=found.column)
         row, column = found.row[is_peak], found.column[is_peak]
