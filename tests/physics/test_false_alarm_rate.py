@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import IfFrame, SampleTimes
+from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.detection.cfar import (
     CfarWindow,
     ordered_statistic,
@@ -11,6 +14,7 @@ from polychirp.receiver.detection.cfar import (
 )
 from polychirp.receiver.detection.looks import independent_looks
 from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.study.roc.yardsticks import num_cells
 
 CONFIDENCE = 1 - 1e-4
 
@@ -114,3 +118,28 @@ def test_a_signal_of_one_direction_does_not_raise_the_rate_of_crossings(inr, cha
     if inr in (0.0, 1e4):
         assert rate == pytest.approx(1.0, abs=0.15)
         assert looks == (channels if inr == 0.0 else 1.0)
+
+
+def test_a_receiver_stays_at_its_rate_beside_noise_of_one_direction():
+    """Samples 40 dB above thermal noise, the same in all channels, as of a radar with codes."""
+    random = np.random.default_rng(6)
+    k = np.arange(64)
+    ramps = RampSchedule(
+        start_time=k * 60e-6,
+        duration=0 * k + 50e-6,
+        start_frequency=0 * k + 77e9,
+        slope=0 * k + 10e12,
+        start_phase=0 * k,
+        sweep=k,
+    )
+    times = SampleTimes(first=ramps.start_time + 5e-6, num_samples=0 * k + 256, rate=6e6)
+    noise = random.normal(size=(4, 64, 256, 2)).view(complex)[..., 0]
+    other = random.normal(size=(1, 64, 256, 2)).view(complex)[..., 0]
+    array = AntennaArray(num_channels=4, spacing=1.95e-3)
+    receiver = RangeDoppler(false_alarm_probability=1e-3)
+    found = []
+    for samples in (noise, noise + 100.0 * other):
+        frame = IfFrame(samples=samples, times=times, schedule=ramps, array=array)
+        cells = num_cells(receiver, frame)
+        found.append(receiver.detect(frame).num_detections / (1e-3 * cells))
+    assert max(found) < 1.3

@@ -38,7 +38,7 @@ def interference_ghosts(row: PaperRow) -> tuple[GhostRow, ...]:
 
 
 def row_in_words(row: PaperRow) -> str:
-    """True targets, detected targets, ghosts of interference and other false detections of a row."""
+    """True and detected targets, ghosts of interference and other false detections of a row."""
     there = ", ".join(f"{target.name} at {decimal(target.range_m)} m" for target in row.targets)
     found = ", ".join(target_words(target) for target in row.targets if target.detected) or "none"
     ghosts = ", ".join(

@@ -150,7 +150,8 @@ def _order_statistic(num_cells: int, rank: int, num_looks: float) -> tuple[Float
     from scipy.special import gammaincinv, roots_jacobi
 
     node, weight = roots_jacobi(60, num_cells - rank, rank - 1)
-    return gammaincinv(num_looks, 0.5 * (1.0 + node)), weight / weight.sum()
+    value = np.asarray(gammaincinv(num_looks, 0.5 * (1.0 + node)), dtype=np.float64)
+    return value, weight / weight.sum()
 
 
 def _check_probability(probability: float) -> None:
@@ -203,11 +204,10 @@ def ordered_statistic(
             f"an order statistic's quantile of {quantile:g} is not in (0, 1]; try 0.75"
         )
     looks = np.broadcast_to(np.asarray(num_looks, dtype=np.float64), power.shape[1:])
+    count, rank = _count_and_rank(power.shape, window, quantile)
     factor = np.empty(power.shape)
     for number in np.unique(looks):
-        count, rank, of_number = _thresholds(
-            power.shape, window, false_alarm_probability, quantile, float(number)
-        )
+        of_number = _factors(power.shape, window, false_alarm_probability, quantile, float(number))
         factor[:, looks == number] = of_number[:, looks == number]
     padded = _padded(power, window, fill=np.inf)
     row, column = np.nonzero(count_below(padded, power / factor, window.offsets) >= rank)
@@ -218,18 +218,26 @@ def ordered_statistic(
     return Crossings(row=row, column=column, power=power[row, column], floor=statistic / bias)
 
 
-@lru_cache(maxsize=16)
-def _thresholds(
+@lru_cache(maxsize=32)
+def _count_and_rank(
+    shape: tuple[int, ...], window: CfarWindow, quantile: float
+) -> tuple[IntArray, IntArray]:
+    """Number of training cells of every cell of a map, and rank among them, ``(row, column)``."""
+    count = training_count(shape, window)
+    return count, np.maximum(1, np.rint(quantile * count).astype(np.int64))
+
+
+@lru_cache(maxsize=32)
+def _factors(
     shape: tuple[int, ...],
     window: CfarWindow,
     false_alarm_probability: float,
     quantile: float,
     num_looks: float,
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Number of training cells, rank and factor of every cell of a map, ``(row, column)`` each."""
-    count = training_count(shape, window)
-    rank = np.maximum(1, np.rint(quantile * count).astype(np.int64))
-    factor = _for_each_count(
+) -> FloatArray:
+    """Factor of every cell of a map, ``(row, column)``."""
+    count, _ = _count_and_rank(shape, window, quantile)
+    return _for_each_count(
         count,
         lambda number: ordered_statistic_factor(
             number,
@@ -238,7 +246,6 @@ def _thresholds(
             num_looks=num_looks,
         ),
     )
-    return count, rank, factor
 
 
 def _floor_biases(count: IntArray, looks: FloatArray, quantile: float) -> FloatArray:

@@ -48,9 +48,10 @@ class RangeDoppler(DetectorSettings):
     """Receiver of equal chirps: two Fourier transforms, ordered-statistic CFAR, MIMO decoding.
 
     The steps: mitigation, tapered transforms over each chirp and over the chirps, power summed over
-    channels, CFAR with as many looks as channels are independent (`detection.looks`), local maxima interpolated between cells, the choice among the range rates that a
-    code of the transmitting elements leaves open (`unfolding`), azimuths and elevations from the
-    virtual array's amplitudes in the cell, which are one snapshot (`angle.directions`).
+    channels, CFAR with as many looks as channels are independent (`independent_looks`), local
+    maxima interpolated between cells, the choice among the range rates that a code of the
+    transmitting elements leaves open (`unfolding`), azimuths and elevations from the virtual
+    array's amplitudes in the cell, which are one snapshot (`angle.directions`).
 
     Range rates beyond half the span λ/2T of chirps T apart appear inside it: `polychirp check`
     names targets for which this happens. Subframes of different T are read one by one, and their
