@@ -1,4 +1,4 @@
-"""How many independent looks the channels of an array are at the background of a map."""
+"""Number of independent looks that the channels of an array have at the background of a map."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ Missing = Callable[[ComplexArray], ComplexArray]
 
 
 class Filling(NamedTuple):
-    """How ramps of one length are filled.
+    """Filling of ramps of one length.
 
     ramps : indices
     missing : part of their samples that is missing
