@@ -13,7 +13,7 @@ from polychirp.receiver.detection.cfar import (
     ordered_statistic_factor,
 )
 from polychirp.receiver.detection.looks import independent_looks
-from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.chain import AROUND, RangeDoppler
 from polychirp.study.roc.yardsticks import num_cells
 
 CONFIDENCE = 1 - 1e-4
@@ -96,7 +96,7 @@ def crossings_over_stated(inr, *, channels, maps=30, probability=1e-3):
         looks.append(np.median(independent_looks(amplitude)))
         crossed = ordered_statistic(
             np.mean(np.abs(amplitude) ** 2, axis=0),
-            window=RangeDoppler().window,
+            window=AROUND,
             false_alarm_probability=probability,
             quantile=0.6,
             num_looks=independent_looks(amplitude),
@@ -120,26 +120,51 @@ def test_a_signal_of_one_direction_does_not_raise_the_rate_of_crossings(inr, cha
         assert looks == (channels if inr == 0.0 else 1.0)
 
 
-def test_a_receiver_stays_at_its_rate_beside_noise_of_one_direction():
-    """Samples 40 dB above thermal noise, the same in all channels, as of a radar with codes."""
-    random = np.random.default_rng(6)
-    k = np.arange(64)
+def chirps(*, sign):
+    """Schedule and sample times of 128 chirps, whose phases have a sign from chirp to chirp."""
+    k = np.arange(128)
     ramps = RampSchedule(
         start_time=k * 60e-6,
         duration=0 * k + 50e-6,
         start_frequency=0 * k + 77e9,
         slope=0 * k + 10e12,
-        start_phase=0 * k,
+        start_phase=0.25 * (1.0 - sign),
         sweep=k,
     )
     times = SampleTimes(first=ramps.start_time + 5e-6, num_samples=0 * k + 256, rate=6e6)
-    noise = random.normal(size=(4, 64, 256, 2)).view(complex)[..., 0]
-    other = random.normal(size=(1, 64, 256, 2)).view(complex)[..., 0]
-    array = AntennaArray(num_channels=4, spacing=1.95e-3)
-    receiver = RangeDoppler(false_alarm_probability=1e-3)
-    found = []
+    return ramps, times
+
+
+def detections_over_stated(samples, ramps, times, *, probability=1e-3):
+    """Detections over the number that is stated for the frame."""
+    array = AntennaArray(num_channels=len(samples), spacing=1.95e-3)
+    frame = IfFrame(samples=samples, times=times, schedule=ramps, array=array)
+    receiver = RangeDoppler(false_alarm_probability=probability)
+    return receiver.detect(frame).num_detections / (probability * num_cells(receiver, frame))
+
+
+def test_a_receiver_stays_at_its_rate_beside_noise_of_one_direction():
+    """Samples 40 dB above thermal noise, the same in all channels, as of a radar with codes."""
+    random = np.random.default_rng(6)
+    ramps, times = chirps(sign=np.ones(128))
+    noise = random.normal(size=(4, 128, 256, 2)).view(complex)[..., 0]
+    other = random.normal(size=(1, 128, 256, 2)).view(complex)[..., 0]
     for samples in (noise, noise + 100.0 * other):
-        frame = IfFrame(samples=samples, times=times, schedule=ramps, array=array)
-        cells = num_cells(receiver, frame)
-        found.append(receiver.detect(frame).num_detections / (1e-3 * cells))
-    assert max(found) < 1.3
+        assert detections_over_stated(samples, ramps, times) < 1.3
+
+
+def test_a_receiver_of_codes_stays_at_its_rate_beside_a_signal_without_its_code():
+    """The signal is spread over all range rates of one range, 30 dB above the noise there.
+
+    Training cells around a cell would have the floor of other ranges, and all cells of this range
+    would cross the threshold. A frame without codes has the line as a single detection.
+    """
+    random = np.random.default_rng(8)
+    ratios = []
+    for _ in range(20):
+        sign = 1.0 - 2.0 * random.integers(2, size=128)
+        ramps, times = chirps(sign=sign)
+        noise = random.normal(size=(4, 128, 256, 2)).view(complex)[..., 0]
+        tone = np.exp(2j * np.pi * 0.1 * np.arange(256)) * sign[:, None]
+        ratios.append(detections_over_stated(noise + 3.0 * tone, ramps, times))
+    assert np.mean(ratios) < 1.3

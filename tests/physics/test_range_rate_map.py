@@ -169,7 +169,7 @@ def test_tapered_noise_crosses_as_often_as_stated_within_a_quarter(num_transmitt
         power = receiver.spectra(frame).mean_power.power
         found = ordered_statistic(
             power,
-            window=receiver.window,
+            window=receiver.training(frame.schedule),
             quantile=receiver.quantile,
             false_alarm_probability=probability,
             num_looks=4 * num_transmitters,

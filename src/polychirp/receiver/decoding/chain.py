@@ -20,7 +20,7 @@ from polychirp.receiver.decoding.reading import Reading
 from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
-from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.chain import SAME_RANGE, RangeDoppler
 from polychirp.receiver.settings import DetectorSettings
 
 
@@ -99,6 +99,7 @@ class Decoding(DetectorSettings):
             grouping=self.grouping,
             false_alarm_probability=self.false_alarm_probability,
             angle=self.angle,
+            window=SAME_RANGE,  # signals without the code are spread over all range rates
         )
 
     def detect(self, frame: IfFrame) -> Detections:

@@ -1,7 +1,7 @@
 """`RangeDoppler`: the usual receiver of chirp sequences."""
 
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Final, Literal
 
 import numpy as np
 
@@ -35,12 +35,26 @@ from polychirp.receiver.range_doppler.transforms import (
 )
 from polychirp.receiver.range_doppler.unfolding import unfolded
 from polychirp.receiver.settings import DetectorSettings
-from polychirp.receiver.signal_model.equal_ramps import refuse_code, refuse_steps
+from polychirp.receiver.signal_model.equal_ramps import (
+    phases_are_coded,
+    refuse_code,
+    refuse_steps,
+)
 from polychirp.receiver.signal_model.transmit_codes import (
     CodeBlocks,
     code_blocks,
     virtual_channels,
 )
+
+AROUND: Final = CfarWindow(guard=(3, 3), training=(8, 8), step=(2, 2), is_circular=(True, False))
+"""Training cells of `RangeDoppler` around a cell; every other one, as tapers correlate neighbours.
+Chosen."""
+
+SAME_RANGE: Final = CfarWindow(
+    guard=(3, 0), training=(40, 0), step=(2, 1), is_circular=(True, False)
+)
+"""Training cells of the same range as the cell; chosen, as many as are needed for a loss of some
+tenths of a decibel."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +75,8 @@ class RangeDoppler(DetectorSettings):
 
     Parameters
     ----------
-    window : training cells of the CFAR, over (range rate, range); made smaller on a small map
+    window : training cells of the CFAR, over (range rate, range), smaller on a small map; None:
+        those of `training`
     quantile : rank of the training cell that gives the floor, as a share of their number
     unfolds : True if the range rates that a code leaves open are told apart by the virtual array's
         beams, for which the phases of its channels must be right to a fraction of a radian; else
@@ -90,11 +105,7 @@ class RangeDoppler(DetectorSettings):
     (array([12.]), array([3.]))
     """
 
-    window: CfarWindow = field(
-        default_factory=lambda: CfarWindow(
-            guard=(3, 3), training=(8, 8), step=(2, 2), is_circular=(True, False)
-        )
-    )
+    window: CfarWindow | None = None
     quantile: float = 0.6
     unfolds: bool = True
     kind: Literal["range-doppler"] = "range-doppler"
@@ -139,6 +150,17 @@ class RangeDoppler(DetectorSettings):
             num_sweeps=sweeps, num_elements=elements, num_channels=frame.array.num_channels
         )
 
+    def training(self, schedule: RampSchedule) -> CfarWindow:
+        """Training cells of the CFAR for a schedule.
+
+        If a code changes the phases from ramp to ramp, signals without this code are spread over
+        all range rates of their range, and a floor belongs to a range: training cells are those of
+        the same range. Otherwise they are around the cell.
+        """
+        if self.window is not None:
+            return self.window
+        return SAME_RANGE if phases_are_coded(schedule) else AROUND
+
     def spectra(self, frame: IfFrame) -> RangeRateSpectra:
         """Spectra of the frame after mitigation, one for each channel and sweep of the code.
 
@@ -160,7 +182,7 @@ class RangeDoppler(DetectorSettings):
         map_ = spectra.mean_power
         found = ordered_statistic(
             map_.power,
-            window=self.window.fitted(map_.power.shape),
+            window=self.training(frame.schedule).fitted(map_.power.shape),
             false_alarm_probability=self.false_alarm_probability,
             quantile=self.quantile,
             num_looks=independent_looks(spectra.amplitude),

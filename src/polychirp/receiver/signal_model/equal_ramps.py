@@ -11,6 +11,10 @@ LARGEST_DIFFERENCE: Final = 1e-6
 """Greatest relative difference of ramps that count as equal. Chosen above the drift of a clock in a
 frame, 5e-7 at 10 ppm/s in 50 ms: it turns the phase of an echo from 50 m by 0.013 cycles."""
 
+LEAST_CODED_TURN: Final = 0.05
+"""Least change of the turn between ramps that a code makes, cycles; chosen below codes of eight
+phases, and above the drift of a clock."""
+
 
 def unequal(schedule: RampSchedule) -> str:
     """Reason why ramps do not count as equal, as the end of a sentence; empty if they do."""
@@ -24,6 +28,22 @@ def unequal(schedule: RampSchedule) -> str:
         if not np.allclose(values, values[0], rtol=LARGEST_DIFFERENCE, atol=0.0):
             return f"its ramps differ in {name}"
     return ""
+
+
+def phases_are_coded(schedule: RampSchedule) -> bool:
+    """True if start phases do not just turn evenly from ramp to ramp.
+
+    >>> from polychirp.rng import Streams
+    >>> from polychirp.waveform import PhaseCodedSawtooth, Sawtooth
+    >>> equal, coded = (
+    ...     waveform.schedule(num_sweeps=16, streams=Streams(1))
+    ...     for waveform in (Sawtooth(), PhaseCodedSawtooth())
+    ... )
+    >>> phases_are_coded(equal), phases_are_coded(coded)
+    (False, True)
+    """
+    bend = np.diff(schedule.start_phase, 2)
+    return bool(np.any(np.abs(bend - np.rint(bend)) > LEAST_CODED_TURN))
 
 
 def refuse_code(

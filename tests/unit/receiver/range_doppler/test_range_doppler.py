@@ -132,7 +132,8 @@ def test_one_channel_has_no_azimuth():
     samples = 10 + random.normal(size=silent.samples.shape)
     # a still point at zero range, on a map of 32 × 16 cells
     receiver = RangeDoppler(least_range=1e-3, false_alarm_probability=1e-4)
-    receiver = replace(receiver, window=replace(receiver.window, guard=(2, 2), training=(4, 4)))
+    window = replace(receiver.training(silent.schedule), guard=(2, 2), training=(4, 4))
+    receiver = replace(receiver, window=window)
     found = receiver.detect(silent.with_samples(samples))
     assert found.num_detections >= 1
     assert np.all(np.isnan(found.azimuth))
