@@ -168,3 +168,11 @@ def test_a_receiver_of_codes_stays_at_its_rate_beside_a_signal_without_its_code(
         tone = np.exp(2j * np.pi * 0.1 * np.arange(256)) * sign[:, None]
         ratios.append(detections_over_stated(noise + 3.0 * tone, ramps, times))
     assert np.mean(ratios) < 1.3
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan, np.inf, 1e38, 1e-44])
+def test_looks_are_counted_whatever_a_recording_has(value):
+    amplitude = np.full((4, 32, 20), value, dtype=np.complex64)
+    amplitude[:, :, :3] = 1.0
+    looks = independent_looks(amplitude)
+    assert np.all((looks >= 1.0) & (looks <= 4.0))

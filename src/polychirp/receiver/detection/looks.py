@@ -58,16 +58,19 @@ def independent_looks(amplitude: ComplexArray | SingleComplexArray) -> FloatArra
     array([1., 1., 1.])
     """
     channels, rows, ranges = amplitude.shape
-    if channels == 1 or not np.any(amplitude):
-        return np.full(ranges, float(channels))
     used = amplitude[:, :: -(-rows // MOST_ROWS)]
+    used = np.where(np.isfinite(used), used, 0.0).astype(np.complex128)
+    strongest = np.abs(used).max(initial=0.0)
+    if channels == 1 or strongest == 0.0:
+        return np.full(ranges, float(channels))
+    used /= strongest  # squares of any recording stay finite
     cells = BACKGROUND * INDEPENDENT * used.shape[1] * min(ranges, 2 * NEIGHBOURS + 1)
     share = _excess(_averaged(_background_covariances(used)), cells)
     looks = channels / (1.0 + share * (channels - 1.0))
     return np.asarray(np.floor(looks / STEP + 1e-9) * STEP)
 
 
-def _background_covariances(amplitude: ComplexArray | SingleComplexArray) -> ComplexArray:
+def _background_covariances(amplitude: ComplexArray) -> ComplexArray:
     """Covariance of the channels in the weaker cells of each range, of trace 1."""
     power = np.sum(amplitude.real**2 + amplitude.imag**2, axis=0)
     is_weak = power <= np.quantile(power, BACKGROUND, axis=0)
