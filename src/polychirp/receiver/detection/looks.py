@@ -15,7 +15,7 @@ fewer than the others."""
 INDEPENDENT: Final = 0.25
 """Share of the cells that are independent; chosen: tapers correlate neighbours along both axes."""
 
-MOST_ROWS: Final = 128
+MOST_ROWS: Final = 64
 """Number of range rates that are used; chosen: enough, at a small cost."""
 
 EXCESS: Final = 1.15
@@ -59,11 +59,11 @@ def independent_looks(amplitude: ComplexArray | SingleComplexArray) -> FloatArra
     """
     channels, rows, ranges = amplitude.shape
     used = amplitude[:, :: -(-rows // MOST_ROWS)]
-    used = np.where(np.isfinite(used), used, 0.0).astype(np.complex128)
+    used = np.where(np.isfinite(used), used, np.complex64(0.0))
     strongest = np.abs(used).max(initial=0.0)
     if channels == 1 or strongest == 0.0:
         return np.full(ranges, float(channels))
-    used /= strongest  # squares of any recording stay finite
+    used = used / strongest  # squares of any recording stay finite
     cells = BACKGROUND * INDEPENDENT * used.shape[1] * min(ranges, 2 * NEIGHBOURS + 1)
     share = _excess(_averaged(_background_covariances(used)), cells)
     looks = channels / (1.0 + share * (channels - 1.0))
@@ -75,7 +75,7 @@ def _background_covariances(amplitude: ComplexArray) -> ComplexArray:
     power = np.sum(amplitude.real**2 + amplitude.imag**2, axis=0)
     is_weak = power <= np.quantile(power, BACKGROUND, axis=0)
     total = np.sum(power * is_weak, axis=0)
-    kept = np.moveaxis(amplitude * (is_weak / np.sqrt(np.maximum(total, 1e-300))), 2, 0)
+    kept = np.moveaxis(amplitude * (is_weak / np.sqrt(np.where(total > 0.0, total, 1.0))), 2, 0)
     return np.asarray(kept @ np.conj(np.swapaxes(kept, 1, 2)))
 
 
