@@ -35,15 +35,8 @@ LEAST_HEIGHT_DB: Final = 15.0
 """Height of the floor over thermal noise from which on it is shown, dB; chosen: lower ones need no
 arrow."""
 
-LABEL_HEIGHT: Final = 11
-"""Height of a line of a label, points."""
-
-LABEL_WIDTH_M: Final = 2.5
-"""Width of the label of a ghost on the axis of range, m."""
-
-LABEL_CLEARANCE_DB: Final = 25.0
-"""Difference of two points' powers from which on their labels are apart, dB; chosen, so that two
-raised labels are apart too."""
+LABEL_APART: Final = 0.75
+"""Least distance between the upright labels of ghosts, m; chosen: their height."""
 
 GHOST_MARKS: Final[dict[GhostKind, tuple[str, str, str]]] = {
     "direct": ("X", VERMILION, "ghost: direct interference"),
@@ -90,7 +83,7 @@ def range_profile(row: PaperRow, *, heading: str, limits: tuple[float, float]) -
     _mark_truth(axes, row, limits)
     _mark_detections(axes, row, range_, power)
     _mark_ghosts(axes, row, range_, power)
-    _label_peaks(axes, row, range_, power)
+    _label_peaks(axes, row, range_, power, limits)
     mark_floor(axes, row, range_, power)
     axes.set(
         xlim=(0.0, MAX_RANGE),
@@ -166,8 +159,14 @@ def _mark_ghosts(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArra
             )
 
 
-def _label_peaks(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
-    """Write the range at every ghost, and at the strongest peak if it is no ghost or target.
+def _label_peaks(
+    axes: Axes,
+    row: PaperRow,
+    range_: FloatArray,
+    power: FloatArray,
+    limits: tuple[float, float],
+) -> None:
+    """Write the range below every ghost, and below the strongest peak if it is no ghost or target.
 
     A ghost beside a stronger one has no label, which would be drawn over the other.
     """
@@ -180,16 +179,19 @@ def _label_peaks(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArra
     if all(abs(strongest - place) > RANGE_AGREEMENT for place in named):
         labels[strongest] = (f"strongest peak {strongest:.2f} m", INK)
     shown = sorted(place for place in labels if place <= MAX_RANGE)
-    levels = [float(np.interp(place, range_, power)) for place in shown]
-    for place, level, rise in zip(shown, levels, rises(shown, levels), strict=True):
+    foot = limits[0] + 0.02 * (limits[1] - limits[0])
+    for place, at in zip(shown, spread(shown, apart=LABEL_APART), strict=True):
         label, colour = labels[place]
         axes.annotate(
             label,
-            (place, level),
-            (7, 3 + LABEL_HEIGHT * rise),
-            textcoords="offset points",
+            (place, float(np.interp(place, range_, power))),
+            (at, foot),
+            rotation=90,
+            ha="center",
+            va="bottom",
             size=8.5,
             color=colour,
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.5, "alpha": 0.6},
         )
 
 
@@ -207,27 +209,6 @@ def mark_floor(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray)
     )
     middle = (FLOOR_PLACE, level - 0.5 * height)
     axes.annotate(f"+{height:.0f} dB", middle, (6, 0), textcoords="offset points", weight="bold")
-
-
-def rises(places: list[float], levels: list[float]) -> list[int]:
-    """Number of lines by which the label of each point is raised, so that labels do not overlap.
-
-    Parameters
-    ----------
-    places : ascending ranges, m
-    levels : powers, dBm
-
-    Examples
-    --------
-    >>> rises([3.7, 5.2, 12.0], [-40.0, -40.0, -40.0])
-    [0, 1, 0]
-    """
-    raised: list[int] = []
-    for n, (place, level) in enumerate(zip(places, levels, strict=True)):
-        near = [k for k in range(n) if place - places[k] < LABEL_WIDTH_M]
-        taken = {raised[k] for k in near if abs(level - levels[k]) < LABEL_CLEARANCE_DB}
-        raised.append(min(set(range(n + 1)) - taken))
-    return raised
 
 
 def spread(places: list[float], *, apart: float) -> list[float]:
