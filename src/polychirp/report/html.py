@@ -33,7 +33,13 @@ from polychirp.report.statistics import (
     statistics_rows,
 )
 from polychirp.report.street_model import street_model
-from polychirp.report.verdict import Verdict, counted, interference_ghosts, verdicts
+from polychirp.report.verdict import (
+    Verdict,
+    counted,
+    interference_ghosts,
+    other_false_detections,
+    verdicts,
+)
 from polychirp.report.words import (
     MITIGATION_WORDS,
     SCENARIO_WORDS,
@@ -254,6 +260,17 @@ def _figure_groups(
     return groups
 
 
+def _ghost_lines(row: PaperRow) -> list[str]:
+    """Ghosts of interference with their ranges and powers; then numbers of other ones."""
+    lines = [
+        f"{g.kind} {decimal(g.range_m)} m "
+        f"({decimal(g.power_over_strongest_target_db, 1, signed=True)} dB)"
+        for g in interference_ghosts(row)
+    ]
+    others = [f"besides {other}" for other in other_false_detections(row)]
+    return [*(lines or ["–"]), *others]
+
+
 def _findings(row: PaperRow | None) -> list[Cell]:
     """Cells under `FINDING_COLUMNS`."""
     if row is None:
@@ -261,11 +278,7 @@ def _findings(row: PaperRow | None) -> list[Cell]:
     return [
         lines_cell(f"{t.name}: {decimal(t.range_m)} m" for t in row.targets),
         lines_cell(target_words(t) for t in row.targets if t.detected),
-        lines_cell(
-            f"{g.kind} {decimal(g.range_m)} m "
-            f"({decimal(g.power_over_strongest_target_db, 1, signed=True)} dB)"
-            for g in interference_ghosts(row)
-        ),
+        lines_cell(_ghost_lines(row)),
         number_cell(str(row.missed)),
         number_cell(decimal(row.floor_rise_db, 1)),
     ]

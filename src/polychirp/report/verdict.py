@@ -37,6 +37,12 @@ def interference_ghosts(row: PaperRow) -> tuple[GhostRow, ...]:
     return tuple(ghost for ghost in row.ghosts if ghost.kind in INTERFERENCE_GHOSTS)
 
 
+def other_false_detections(row: PaperRow) -> list[str]:
+    """Numbers of the row's ghosts of each other cause than interference, such as "2 multipath"."""
+    kinds = [ghost.kind for ghost in row.ghosts if ghost.kind not in INTERFERENCE_GHOSTS]
+    return [f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds)]
+
+
 def row_in_words(row: PaperRow) -> str:
     """True and detected targets, ghosts of interference and other false detections of a row."""
     there = ", ".join(f"{target.name} at {decimal(target.range_m)} m" for target in row.targets)

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from polychirp.report.verdict import row_of, verdicts
+from polychirp.report.verdict import other_false_detections, row_in_words, row_of, verdicts
 
 
 def answer(results, figure):
@@ -59,3 +59,11 @@ def test_a_target_found_far_from_the_claimed_range_is_a_difference(results, make
     moved = replace(row.targets[0], range_error_m=0.6)
     row = replace(row, targets=(moved, *row.targets[1:]))
     assert answer(with_row(results, row), "9a").differences == ("no target is found at 6.50 m",)
+
+
+def test_detections_that_nothing_explains_are_counted_beside_ghosts_of_interference(make_row):
+    ghosts = (("direct", 6.6, 3.0), ("unexplained", 9.5, -9.0), ("unexplained", 3.7, -9.0))
+    row = make_row("C", "radar 2", ghosts=ghosts)
+    assert other_false_detections(row) == ["2 unexplained"]
+    assert row_in_words(row).endswith("besides: unexplained at 9.50 m, unexplained at 3.70 m")
+    assert other_false_detections(make_row()) == []
