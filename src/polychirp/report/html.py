@@ -36,8 +36,8 @@ from polychirp.report.street_model import street_model
 from polychirp.report.verdict import (
     Verdict,
     counted,
+    false_detection_lines,
     interference_ghosts,
-    other_false_detections,
     verdicts,
 )
 from polychirp.report.words import (
@@ -50,7 +50,13 @@ from polychirp.report.words import (
     timing,
     variant_name,
 )
-from polychirp.study.paper.results import PaperResults, PaperRow, StatisticsRow, WaveformKind
+from polychirp.study.paper.results import (
+    GhostRow,
+    PaperResults,
+    PaperRow,
+    StatisticsRow,
+    WaveformKind,
+)
 from polychirp.study.section_v.cases import CorrelationResults
 
 PAGE_TITLE: Final = "FMCW chirp diversity against mutual interference: the paper and polychirp"
@@ -260,15 +266,9 @@ def _figure_groups(
     return groups
 
 
-def _ghost_lines(row: PaperRow) -> list[str]:
-    """Ghosts of interference with their ranges and powers; then numbers of other ones."""
-    lines = [
-        f"{g.kind} {decimal(g.range_m)} m "
-        f"({decimal(g.power_over_strongest_target_db, 1, signed=True)} dB)"
-        for g in interference_ghosts(row)
-    ]
-    others = [f"besides {other}" for other in other_false_detections(row)]
-    return [*(lines or ["–"]), *others]
+def _ghost_words(ghost: GhostRow) -> str:
+    power = decimal(ghost.power_over_strongest_target_db, 1, signed=True)
+    return f"{ghost.kind} {decimal(ghost.range_m)} m ({power} dB)"
 
 
 def _findings(row: PaperRow | None) -> list[Cell]:
@@ -278,7 +278,7 @@ def _findings(row: PaperRow | None) -> list[Cell]:
     return [
         lines_cell(f"{t.name}: {decimal(t.range_m)} m" for t in row.targets),
         lines_cell(target_words(t) for t in row.targets if t.detected),
-        lines_cell(_ghost_lines(row)),
+        lines_cell(false_detection_lines(row, _ghost_words)),
         number_cell(str(row.missed)),
         number_cell(decimal(row.floor_rise_db, 1)),
     ]

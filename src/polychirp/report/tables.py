@@ -7,9 +7,9 @@ from rich.table import Table
 from rich.text import Text
 
 from polychirp.report.statistics import BRIEF_HEAD, brief_rows
-from polychirp.report.verdict import interference_ghosts, other_false_detections, verdicts
+from polychirp.report.verdict import false_detection_lines, verdicts
 from polychirp.report.words import MITIGATION_WORDS, WAVEFORM_WORDS, decimal, target_words, timing
-from polychirp.study.paper.results import PaperResults, PaperRow, StatisticsRow
+from polychirp.study.paper.results import GhostRow, PaperResults, PaperRow, StatisticsRow
 
 
 def claims_table(results: PaperResults) -> Table:
@@ -72,15 +72,9 @@ def _empty(title: str, first: tuple[str, ...], *last: str) -> Table:
     return table
 
 
-def _ghost_lines(row: PaperRow) -> list[str]:
-    """Ghosts of interference with their ranges and powers; then numbers of other ones."""
-    lines = [
-        f"{ghost.kind} {decimal(ghost.range_m)}, "
-        f"{decimal(ghost.power_over_strongest_target_db, 1, signed=True)} dB"
-        for ghost in interference_ghosts(row)
-    ]
-    others = [f"besides {other}" for other in other_false_detections(row)]
-    return [*(lines or ["none"]), *others]
+def _ghost_words(ghost: GhostRow) -> str:
+    power = decimal(ghost.power_over_strongest_target_db, 1, signed=True)
+    return f"{ghost.kind} {decimal(ghost.range_m)}, {power} dB"
 
 
 def _findings(row: PaperRow | None) -> list[Text]:
@@ -90,7 +84,7 @@ def _findings(row: PaperRow | None) -> list[Text]:
     return [
         Text("\n".join(f"{target.name} {decimal(target.range_m)}" for target in row.targets)),
         Text("\n".join(target_words(t) for t in row.targets if t.detected) or "–"),
-        Text("\n".join(_ghost_lines(row))),
+        Text("\n".join(false_detection_lines(row, _ghost_words))),
         Text(str(row.missed), style="yellow" if row.missed else ""),
         Text(decimal(row.floor_rise_db, 1)),
     ]

@@ -1,5 +1,6 @@
 """Verdicts: comparison of computed rows with the claims of the paper."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -41,6 +42,12 @@ def other_false_detections(row: PaperRow) -> list[str]:
     """Numbers of the row's ghosts of each other cause than interference, such as "2 multipath"."""
     kinds = [ghost.kind for ghost in row.ghosts if ghost.kind not in INTERFERENCE_GHOSTS]
     return [f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds)]
+
+
+def false_detection_lines(row: PaperRow, ghost_words: Callable[[GhostRow], str]) -> list[str]:
+    """Ghosts of interference in words; then numbers of the row's ghosts of other causes."""
+    lines = [ghost_words(ghost) for ghost in interference_ghosts(row)]
+    return [*(lines or ["none"]), *(f"besides {other}" for other in other_false_detections(row))]
 
 
 def row_in_words(row: PaperRow) -> str:
