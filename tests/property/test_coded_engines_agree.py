@@ -127,9 +127,36 @@ def test_chips_and_ramps_of_their_own_give_the_same_samples(data, own, sent, pat
         patch.setattr(coded_ramps, "LONG_CHIP", np.inf)
         as_chips = Stretch().contribution(*frame, victim=0, transmitter=1)
         patch.setattr(coded_ramps, "LONG_CHIP", 0.0)
+        patch.setattr(coded_ramps, "STEADY_TURN", -1.0)
         as_ramps = Stretch().contribution(*frame, victim=0, transmitter=1)
     largest = np.abs(as_ramps).max()
     assert np.abs(as_chips - as_ramps).max() < AGREEMENT * max(largest, 1e-300)
+
+
+@settings(max_examples=8)
+@given(
+    data=st.data(),
+    own=schedules(between(0.0, 1e-4)),
+    offset=st.sampled_from([0.0, 5e6, -30e6, 100e6]),
+    if_filter=FILTERS,
+)
+def test_parallel_coded_ramps_are_the_same_as_jumps_and_as_ramps(data, own, offset, if_filter):
+    """Another radar with the same slopes, in band and out of it: sums of jumps and the full band.
+
+    Chips are long, so that they would be ramps of their own if beats were not steady.
+    """
+    chip = data.draw(between(0.4e-6, 3e-6))
+    plan = data.draw(coded(replace(own, start_frequency=own.start_frequency + offset)))
+    code = replace(plan.code, chip_duration=np.full(plan.num_ramps, chip))
+    sent = replace(plan, code=code, start_time=own.start_time + data.draw(between(-1e-7, 1e-7)))
+    paths = data.draw(st.lists(hand_paths(1), min_size=1, max_size=2))
+    frame = two_radars(if_filter), [own, sent], [paths_of(*paths, reference_time=4e-6)]
+    as_jumps = Stretch().contribution(*frame, victim=0, transmitter=1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(coded_ramps, "STEADY_TURN", -1.0)
+        as_ramps = Stretch().contribution(*frame, victim=0, transmitter=1)
+    assert np.abs(as_jumps - as_ramps).max() < AGREEMENT * max(np.abs(as_ramps).max(), 1e-300)
+    assert largest_difference(*frame, 1) < AGREEMENT
 
 
 def test_a_code_of_ones_changes_nothing():
@@ -138,6 +165,6 @@ def test_a_code_of_ones_changes_nothing():
         sweep=[0],
     )  # fmt: skip
     ones = RampCode(value=np.ones((1, 5)), row=[0], chip_duration=[1e-6])
-    parts = coded_ramps.sub_ramps(replace(plan, code=ones))
+    parts, _whole = coded_ramps.sub_ramps(replace(plan, code=ones))
     np.testing.assert_array_equal(parts.duration, plan.duration)
     np.testing.assert_array_equal(parts.start_phase, plan.start_phase)

@@ -6,15 +6,15 @@ On link p the mixer's output is a chirp (`path_kernels.received`) times the conj
 .. math:: \sum_m \bar a_m \int_{t_m}^{t_{m+1}} h(t - s)\,
           e^{j2\pi(\varphi + f s + \frac12\mu s^2)}\,ds
 
-with the instants :math:`t_m` at which chips arrive. Two kernels compute it:
+with the instants :math:`t_m` at which chips arrive. There are three ways to compute it:
 
-- Where the beat is nearly constant, as of a radar's own echoes, each chip is the difference of two
-  values of the integral :math:`E(x) = \int_{-S/2}^x h(s)\,e^{-j2\pi f s}\,ds`, which is tabulated
-  once for all links at a few beats f (`steady_code_kernels`).
+- Where the beat is nearly constant, as of a radar's own echoes and of parallel ramps, samples are
+  sums of jumps from chip to chip (`steady_code_kernels`).
 - Where it is not, and chips are short against the filter's response, all links are summed before
   the filter, as in `near_corners`. A chip is integrated by Filon's rule: polynomials times the beat
   are exact, however fast the beat (`swept_code_kernels`).
-- Long chips are ramps of their own (`sub_ramps`), for which the engine needs no code.
+- Long chips of other radars are ramps of their own otherwise (`sub_ramps`), for which the engine
+  needs no code. So are they where a steady beat is far out of band, where only their ends matter.
 
 All are right to 3e-7 of the strongest samples. A delay's acceleration bends the chirp as in
 `path_kernels.beat_of`; what `slow_changes` would add, below 1e-8 on a ramp of 30 µs, is left out by
@@ -22,19 +22,21 @@ the first two.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
-from polychirp.axes import ComplexArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.synthesis.links.thermal_noise import noise_density
+from polychirp.synthesis.stretch.chirp_response import far_beat
 from polychirp.synthesis.stretch.kernel_records import (
     Chips,
     CodedRamps,
-    CodeTable,
+    CodeTaps,
     CodeWork,
     LinkTable,
     SweptRule,
@@ -47,12 +49,13 @@ STEADY_TURN: Final = 1e-3
 that of echoes at 70 m/s on 30 MHz/µs; the table's linear change over the ramp has an error of
 1e-7."""
 
-ENTRIES_PER_CYCLE: Final = 64
-"""Entries of the table of E per cycle of the highest frequency in it; chosen: its cubic is right to
-1e-8."""
+ENTRIES_PER_CYCLE: Final = 24
+"""Entries of the table of E per cycle of the highest frequency in it; chosen: a polynomial through
+eight of them is right to 6e-8."""
 
-BEAT_TOLERANCE: Final = 1e-9
-"""Error of the table's polynomial in the beat, relative to the pass band; chosen."""
+ENTRIES_BEYOND: Final = 6
+"""Entries of the table on either side of the filter's support; chosen above half of a polynomial's
+eight."""
 
 CELL_SHARE: Final = 0.1
 """Greatest duration of a cell of Filon's rule, in periods of the filter's stop edge; chosen: six
@@ -81,33 +84,74 @@ def add_coded(
     tables: CodedRamps,
     *,
     is_own: bool,
-) -> None:
-    """Add all links of a coded schedule to ``samples``, V ``(part, channel, ramp, fast)``.
+) -> list[tuple[int, int]]:
+    """Add the links of a coded schedule to ``samples``, V ``(part, channel, ramp, fast)``.
 
-    Of another radar, the weakest links are left out, whose rms
-    together is below `INAUDIBLE_SHARE` of the noise.
+    Return the pairs of a victim's and a transmitted ramp that are not added, as their chips are
+    ramps of their own. Of another radar, the weakest links are left out, whose rms together is
+    below `INAUDIBLE_SHARE` of the noise.
     """
     from polychirp.synthesis.stretch.steady_code_kernels import add_steady_code, beat_extremes
     from polychirp.synthesis.stretch.swept_code_kernels import add_swept_code
 
     work = _work(own, sent, tables)
     if not work.row.size:
-        return
+        return []
     chips = _chips(sent)
     if not is_own:
         tables = tables._replace(links=_audible(radar, sent, tables.links))
-    least, greatest, steepest = beat_extremes(tables, work)
-    if greatest < least:
-        return
-    turn = steepest * float(own.duration.max()) * radar.if_filter.support
-    if turn <= STEADY_TURN:
-        code_table = _code_table(radar.if_filter, least, greatest)
-        add_steady_code(samples, tables, work, chips, code_table)
-    else:
+    beats = beat_extremes(tables, work)
+    divided = not is_own and has_long_chips(radar, sent)
+    steady = _steady_units(radar.if_filter, own, work, beats, within_reach=divided)
+    some = _in_order_of_beats(tables, _units(work, steady))
+    if some.row.size:
+        highest = float(np.max(np.abs(beats[steady, :2])))
+        code_taps = _code_taps(radar.if_filter, highest, tables.window.step)
+        add_steady_code(samples, tables, some, chips, code_taps)
+    met = beats[:, 1] >= beats[:, 0]
+    rest = _units(work, met & ~steady)
+    if divided:
+        return sorted(set(zip(rest.ramp.tolist(), rest.sent.tolist(), strict=True)))
+    if rest.row.size:
         step = tables.window.step
-        rule = _swept_rule(radar.if_filter, float(np.min(chips.duration)), steepest * step)
+        change = float(np.max(beats[met & ~steady, 2])) * step
+        rule = _swept_rule(radar.if_filter, float(np.min(chips.duration)), change)
         series = window_series(radar.if_filter, step)
-        add_swept_code(samples, tables, work, chips, rule, series)
+        add_swept_code(samples, tables, rest, chips, rule, series)
+    return []
+
+
+def _steady_units(
+    if_filter: IfFilter, own: RampSchedule, work: CodeWork, beats: FloatArray, *, within_reach: bool
+) -> BoolArray:
+    """True for the units whose pair of ramps has a steady beat, ``(unit,)``.
+
+    With ``within_reach``, a beat that is far out of band on all links does not count.
+    """
+    least, greatest, steepest = beats.T
+    turn = steepest * own.duration[work.ramp] * if_filter.support
+    fits = (turn <= STEADY_TURN) & (greatest >= least)
+    if within_reach:
+        closest = np.maximum(np.maximum(least, -greatest), 0.0)
+        fits &= closest < far_beat(if_filter, 0.0)
+    fits |= greatest < least
+    pair = np.unique(np.stack([work.ramp, work.sent]), axis=1, return_inverse=True)[1].ravel()
+    all_fit = np.ones(int(pair.max()) + 1, dtype=bool)
+    np.logical_and.at(all_fit, pair, fits)
+    return np.asarray(all_fit[pair] & (greatest >= least))
+
+
+def _units(work: CodeWork, chosen: BoolArray) -> CodeWork:
+    return CodeWork(*(column[chosen] for column in work))
+
+
+def _in_order_of_beats(tables: CodedRamps, work: CodeWork) -> CodeWork:
+    """The units such that those with about the same beat follow each other."""
+    own, sent = tables.own, tables.sent
+    ahead = own.start[work.ramp] - sent.start[work.sent]
+    beat = own.frequency[work.ramp] - sent.frequency[work.sent] - sent.slope[work.sent] * ahead
+    order = np.argsort(beat, kind="stable")
+    return CodeWork(*(column[order] for column in work))
 
 
 def _work(own: RampSchedule, sent: RampSchedule, tables: CodedRamps) -> CodeWork:
@@ -158,34 +202,25 @@ def _audible(radar: Radar, sent: RampSchedule, links: LinkTable) -> LinkTable:
     return links._replace(amplitude=amplitude)
 
 
-def _code_table(if_filter: IfFilter, least: float, greatest: float) -> CodeTable:
-    """E and its derivative at Chebyshev's nodes of the beats from least to greatest, Hz."""
-    centre, width = 0.5 * (least + greatest), max(0.5 * (greatest - least), 1e-3)
-    # exp(−j2πfs) over these beats has Chebyshev's coefficients 2 J_n(π·width·S) at most
-    turn = math.pi * width * if_filter.support
-    count = 2
-    while 2.0 * (0.5 * turn) ** count / math.factorial(count) > BEAT_TOLERANCE:
-        count += 1
-    node = centre + width * np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    fastest = if_filter.stopband + max(abs(least), abs(greatest))
-    size = math.ceil(ENTRIES_PER_CYCLE * if_filter.support * fastest)
-    step = if_filter.support / size
-    inner, weight = np.polynomial.legendre.leggauss(4)
-    edge = (np.arange(size + 1) / size - 0.5) * if_filter.support
-    within = edge[:-1, None] + 0.5 * step * (inner + 1.0)
-    height = if_filter.impulse_response(within) * (0.5 * step * weight)
-    # at the ends of its support h is that of inside
-    at_edge = if_filter.impulse_response(edge * (1.0 - 1e-12))
-    value = np.empty((2, count, size + 1, 2), dtype=np.complex128)
-    for number, beat in enumerate(node):
-        wave = height * np.exp(-2j * np.pi * beat * within)
-        at_ends = step * at_edge * np.exp(-2j * np.pi * beat * edge)
-        for order, bend in enumerate((1.0, 1j * np.pi * within**2)):
-            pieces = np.sum(wave * bend, axis=1)
-            value[order, number, :, 0] = np.concatenate([[0.0], np.cumsum(pieces)])
-        value[0, number, :, 1] = at_ends
-        value[1, number, :, 1] = 1j * np.pi * edge**2 * at_ends
-    return CodeTable(node=node, step=step, value=value)
+def _code_taps(if_filter: IfFilter, highest: float, sample_step: float) -> CodeTaps:
+    """The table's impulse response for beats up to ``highest``, Hz; samples are so far apart."""
+    fastest = if_filter.stopband + highest
+    per_sample = math.ceil(ENTRIES_PER_CYCLE * sample_step * fastest)
+    step = sample_step / per_sample
+    size = math.ceil(if_filter.support / step) + 2 * ENTRIES_BEYOND
+    node, weight = np.polynomial.legendre.leggauss(4)
+    entry = np.arange(size)[:, None] - ENTRIES_BEYOND
+    time = step * (entry + 0.5 * (node + 1.0)) - 0.5 * if_filter.support
+    height = if_filter.impulse_response(time)
+    outside = np.abs(time) >= 0.5 * if_filter.support
+    height[outside] = if_filter.derivatives(time[outside], 0)[0]
+    return CodeTaps(
+        step=step,
+        per_sample=per_sample,
+        begin=ENTRIES_BEYOND,
+        time=time,
+        height=height * (0.5 * step * weight),
+    )
 
 
 def _swept_rule(if_filter: IfFilter, chip: float, change: float) -> SweptRule:
@@ -211,14 +246,16 @@ def has_long_chips(radar: Radar, sent: RampSchedule) -> bool:
     return float(np.min(code.chip_duration)) * radar.if_filter.stopband > LONG_CHIP
 
 
-def sub_ramps(sent: RampSchedule) -> RampSchedule:
+def sub_ramps(sent: RampSchedule) -> tuple[RampSchedule, IntArray]:
     """The same signal as ramps without a code, one for each run of equal chips.
+
+    The second result is the number of the coded ramp of which each is a part.
 
     >>> from polychirp.model.ramp_code import RampCode
     >>> code = RampCode(value=[[1, 1, -1]], row=[0], chip_duration=[1e-6])
     >>> ramps = RampSchedule(start_time=[0.0], duration=[3e-6], start_frequency=[79e9],
     ...     slope=[1e12], start_phase=[0.0], sweep=[0], code=code)
-    >>> parts = sub_ramps(ramps)
+    >>> parts, whole = sub_ramps(ramps)
     >>> (parts.duration * 1e6).round(6), parts.transmit_weight[:, 0].real
     (array([2., 1.]), array([ 1., -1.]))
     """
@@ -238,7 +275,7 @@ def sub_ramps(sent: RampSchedule) -> RampSchedule:
     is_last = np.diff(k, append=-1) != 0
     after = np.where(is_last, sent.end_time[k], np.roll(start, -1))
     phase = (sent.start_frequency[k] * into) % 1.0 + 0.5 * sent.slope[k] * into**2
-    return RampSchedule(
+    parts = RampSchedule(
         start_time=start,
         duration=after - start,
         start_frequency=sent.start_frequency[k] + sent.slope[k] * into,
@@ -247,3 +284,18 @@ def sub_ramps(sent: RampSchedule) -> RampSchedule:
         sweep=sent.sweep[k],
         transmit_weight=sent.transmit_weight[k] * value[:, None],
     )
+    return parts, k
+
+
+def parts_of_pairs(pairs: Sequence[tuple[int, int]], whole: IntArray) -> set[tuple[int, int]]:
+    """The pairs of a victim's ramp and each part (`sub_ramps`) of the coded ramp.
+
+    >>> sorted(parts_of_pairs([(7, 0), (8, 1)], np.array([0, 0, 1])))
+    [(7, 0), (7, 1), (8, 2)]
+    """
+    first = np.searchsorted(whole, np.arange(int(whole[-1]) + 2))
+    return {
+        (ramp, part)
+        for ramp, sent in pairs
+        for part in range(int(first[sent]), int(first[sent + 1]))
+    }

@@ -13,23 +13,30 @@ out of band at that end, an expansion there.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
 
 from polychirp.axes import ComplexArray
-from polychirp.model.if_frame import sample_times
+from polychirp.model.if_frame import SampleTimes, sample_times
 from polychirp.model.paths import PropagationPaths
+from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.spec import Spec
 from polychirp.synthesis.links.leakage import all_links, num_parts
 from polychirp.synthesis.links.links import nearest_snapshots
 from polychirp.synthesis.links.thermal_noise import noise_density
-from polychirp.synthesis.stretch.coded_ramps import add_coded, has_long_chips, sub_ramps
-from polychirp.synthesis.stretch.kernel_records import CodedRamps, Tables, WindowSeries
+from polychirp.synthesis.stretch.coded_ramps import add_coded, parts_of_pairs, sub_ramps
+from polychirp.synthesis.stretch.kernel_records import (
+    CodedRamps,
+    LinkTable,
+    Ramps,
+    Tables,
+    WindowSeries,
+)
 from polychirp.synthesis.stretch.kernel_tables import (
     link_table,
     pair_table,
@@ -93,41 +100,53 @@ class Stretch(Spec):
         samples = np.zeros(shape, dtype=np.complex128)
         table = link_table(links, nearest_snapshots(own, snapshots))
         ramps = ramps_of(own), ramps_of(sent)
-        if sent.code is not None and victim != transmitter and has_long_chips(radar, sent):
-            plain = list(schedules)
-            plain[transmitter] = sub_ramps(sent)
-            return self.contribution(
-                scene, plain, snapshots, victim=victim, transmitter=transmitter
-            )
-        if sent.code is not None:
-            window, taps = window_of(own, times), taps_of(radar.if_filter)
-            coded = CodedRamps(*ramps, window, table, taps)
-            add_coded(samples, radar, own, sent, coded, is_own=victim == transmitter)
+        if sent.code is None:
+            self._add_chirps(samples, radar, (own, sent), ramps, table, times)
             return samples
-        overlaps = all_overlaps(radar, own, sent, ramps, table)
-        if overlaps:
-            strongest = strongest_sample(overlaps)
-            floor = NEGLIGIBLE_IN_BAND * strongest
-            if floor == 0.0:
-                noise = noise_density(radar) * radar.if_filter.noise_bandwidth
-                floor = NEGLIGIBLE_OUT_OF_BAND * math.sqrt(noise)
-            table = with_limits(table, floor)
-            window, taps = window_of(own, times), taps_of(radar.if_filter)
-            units = work_units_of(radar.if_filter, ramps[0], window, table, taps, overlaps, floor)
-            used = {unit.pair for unit in units}
-            pairs = pair_table(radar.if_filter, own.num_ramps, overlaps, used)
-            series = window_series(radar.if_filter, window.step)
-            tables = Tables(*ramps, window, table, pairs, taps)
-            self._add(samples, tables, series, units)
-            for change in slow_changes(tables, strongest):
-                some, least = change.tables.links, change.floor
-                units = work_units_of(
-                    radar.if_filter, ramps[0], window, some, taps, overlaps, least
-                )
-                more = np.zeros_like(samples)
-                self._add(more, change.tables, series, units)
-                samples += change.factor * more
+        window, taps = window_of(own, times), taps_of(radar.if_filter)
+        coded = CodedRamps(*ramps, window, table, taps)
+        left = add_coded(samples, radar, own, sent, coded, is_own=victim == transmitter)
+        if left:
+            plain, whole = sub_ramps(sent)
+            split = ramps[0], ramps_of(plain)
+            pairs = parts_of_pairs(left, whole)
+            self._add_chirps(samples, radar, (own, plain), split, table, times, pairs)
         return samples
+
+    def _add_chirps(
+        self,
+        samples: ComplexArray,
+        radar: Radar,
+        schedules: tuple[RampSchedule, RampSchedule],
+        ramps: tuple[Ramps, Ramps],
+        table: LinkTable,
+        times: SampleTimes,
+        pairs: Collection[tuple[int, int]] | None = None,
+    ) -> None:
+        """Add all links of a schedule without a code, or those of some pairs of ramps only."""
+        own, sent = schedules
+        overlaps = all_overlaps(radar, own, sent, ramps, table, pairs)
+        if not overlaps:
+            return
+        strongest = strongest_sample(overlaps)
+        floor = NEGLIGIBLE_IN_BAND * strongest
+        if floor == 0.0:
+            noise = noise_density(radar) * radar.if_filter.noise_bandwidth
+            floor = NEGLIGIBLE_OUT_OF_BAND * math.sqrt(noise)
+        table = with_limits(table, floor)
+        window, taps = window_of(own, times), taps_of(radar.if_filter)
+        units = work_units_of(radar.if_filter, ramps[0], window, table, taps, overlaps, floor)
+        used = {unit.pair for unit in units}
+        pair_tables = pair_table(radar.if_filter, overlaps, used)
+        series = window_series(radar.if_filter, window.step)
+        tables = Tables(*ramps, window, table, pair_tables, taps)
+        self._add(samples, tables, series, units)
+        for change in slow_changes(tables, strongest):
+            some, least = change.tables.links, change.floor
+            units = work_units_of(radar.if_filter, ramps[0], window, some, taps, overlaps, least)
+            more = np.zeros_like(samples)
+            self._add(more, change.tables, series, units)
+            samples += change.factor * more
 
     def _add(
         self,

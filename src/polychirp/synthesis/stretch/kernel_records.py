@@ -73,14 +73,13 @@ class LinkTable(NamedTuple):
 
 
 class PairTable(NamedTuple):
-    """Pairs of a victim's and a transmitted ramp; ``start[k]:start[k + 1]`` are those of ramp k.
+    """Pairs of a victim's and a transmitted ramp, the latter ``sent``, ``(pair,)``.
 
-    Their transmitted ramps are ``sent[k]`` and those that follow it. A pair's table of G is the
-    entries ``begin:end`` of ``moment`` and ``envelope`` (`ResponseTable`). The links' rates are
-    within ``spread`` of ``rate``. Above the beat ``far`` the end-point series holds.
+    A pair's table of G is the entries ``begin:end`` of ``moment`` and ``envelope``
+    (`ResponseTable`). The links' rates are within ``spread`` of ``rate``. Above the beat ``far``
+    the end-point series holds.
     """
 
-    start: IntArray
     sent: IntArray
     begin: IntArray
     end: IntArray
@@ -386,16 +385,19 @@ class CodeWork(NamedTuple):
     sent: IntArray
 
 
-class CodeTable(NamedTuple):
-    """The integral E of `coded_ramps` from −S/2 on, at entries ``step`` s apart.
+class CodeTaps(NamedTuple):
+    """The impulse response between the entries of a table, of which ``per_sample`` are 1/rate.
 
-    ``value`` (order, beat, entry, 2) has E and its derivative times ``step``, at the beats
-    ``node``, Hz; of order 1, they are the derivatives of these by the rate, per Hz/s.
+    Entries are ``step`` s apart, and that at −S/2 has the number ``begin``. ``time`` (entry, node)
+    has Gauss's nodes between an entry and the next, s from the middle of the response, ``height``
+    their weights times h. Outside of its support, h is continued as an entire function.
     """
 
-    node: FloatArray
     step: float
-    value: ComplexArray
+    per_sample: int
+    begin: int
+    time: FloatArray
+    height: FloatArray
 
 
 class CodedChirp(NamedTuple):

@@ -112,17 +112,11 @@ def with_limits(links: LinkTable, floor: float) -> LinkTable:
     return links._replace(limit=limit)
 
 
-def pair_table(
-    if_filter: IfFilter, num_ramps: int, overlaps: Sequence[Overlap], used: Set[int]
-) -> PairTable:
+def pair_table(if_filter: IfFilter, overlaps: Sequence[Overlap], used: Set[int]) -> PairTable:
     """All pairs; those ``used`` that come near the band have tables of the filter's response.
 
     Pairs with nearly steady beats, such as those of own echoes, share the table of rate zero.
     """
-    victims = np.array([overlap.victim_ramp for overlap in overlaps], dtype=np.int64)
-    start = np.searchsorted(victims, np.arange(num_ramps + 1)).astype(np.int64)
-    sent = np.zeros(num_ramps, dtype=np.int64)
-    sent[victims[::-1]] = [overlap.sent_ramp for overlap in reversed(overlaps)]
     rate, spread = np.array([_rate_range(if_filter, overlap) for overlap in overlaps]).T
     steepest = np.array([overlap.steepest for overlap in overlaps])
     far = np.array([far_beat(if_filter, slope) for slope in steepest])
@@ -146,8 +140,7 @@ def pair_table(
             tables.append(table)
         span[k] = place[rate[k]]
     return PairTable(
-        start=start,
-        sent=sent,
+        sent=np.array([overlap.sent_ramp for overlap in overlaps], dtype=np.int64),
         begin=span[:, 0].copy(),
         end=span[:, 1].copy(),
         rate=rate.copy(),

@@ -57,10 +57,9 @@ def unit_span(tables: Tables, work: WorkTable, u: int) -> tuple[RampPair, Respon
     """Pair of ramps and response of work unit u, time of its first sample, s, and their number."""
     own, pairs, window = tables.own, tables.pairs, tables.window
     row, ramp, number = work.row[u], work.ramp[u], work.pair[u]
-    sent_ramp = pairs.sent[ramp] + number - pairs.start[ramp]
     first = window.first[row] + (own.start[row] - own.start[ramp])
     return (
-        ramp_pair(own, ramp, tables.sent, sent_ramp, tables.links),
+        ramp_pair(own, ramp, tables.sent, pairs.sent[number], tables.links),
         response_of(pairs, number),
         first + work.begin[u] * window.step,
         work.end[u] - work.begin[u],

@@ -1,7 +1,7 @@
 """Ramps of a victim and a transmitter that overlap: when, and at which beats."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -23,10 +23,12 @@ def all_overlaps(
     sent: RampSchedule,
     ramps: tuple[Ramps, Ramps],
     links: LinkTable,
+    pairs: Collection[tuple[int, int]] | None = None,
 ) -> list[Overlap]:
     """Every overlap, in order of the victim's and then of the transmitted ramps.
 
-    ``ramps`` has the columns of ``own`` and ``sent``. In `Overlap.power`, a path whose beat is in
+    ``ramps`` has the columns of ``own`` and ``sent``; ``pairs`` are the pairs of a victim's and a
+    transmitted ramp to be considered, None for all. In `Overlap.power`, a path whose beat is in
     the band counts with its power or, if the beat crosses the band fast, with the peak power of the
     pulse h(0)/√|μ| that the crossing leaves behind the filter.
     """
@@ -42,6 +44,8 @@ def all_overlaps(
             half, float(radar.converter.start), until, float(radar.if_filter.passband), peak
         )
         for i in sent_during(own, sent, links, k):
+            if pairs is not None and (k, i) not in pairs:
+                continue
             pair = ramp_pair(ramps[0], k, ramps[1], i, links)
             found.append(overlap_of(pair, links, low, high, band))
     return found
