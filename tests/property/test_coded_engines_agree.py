@@ -133,11 +133,11 @@ def test_chips_and_ramps_of_their_own_give_the_same_samples(data, own, sent, pat
     assert np.abs(as_chips - as_ramps).max() < AGREEMENT * max(largest, 1e-300)
 
 
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(
     data=st.data(),
-    own=schedules(between(0.0, 1e-4)),
-    offset=st.sampled_from([0.0, 5e6, -30e6, 100e6]),
+    own=schedules(st.just(0.0)),
+    offset=st.sampled_from([0.0, 1.5e6, -30e6, 100e6]),
     if_filter=FILTERS,
 )
 def test_parallel_coded_ramps_are_the_same_as_jumps_and_as_ramps(data, own, offset, if_filter):

@@ -26,6 +26,11 @@ LEAST_CODE = 0.5
 """Magnitude of the dispersed code below which its inverse is limited. Chosen: noise grows by 6 dB
 at most, for a sample at the border of two chips."""
 
+LEAST_KEPT = 0.1
+"""Share of an echo, in the mean of all ramps, below which what is missing is not made up for.
+Chosen below that at borders of chips, half of which differ from the next; it is less only outside
+of the ramps."""
+
 
 def decoded_chirps(
     samples: ComplexArray, schedule: RampSchedule, times: SampleTimes
@@ -33,14 +38,13 @@ def decoded_chirps(
     """Samples ``(…, ramp, fast)`` of coded chirps, as if the chirps had no code."""
     size = samples.shape[-1]
     number, frequency = _padded_grid(schedule, times, size)
+    bend = np.exp(1j * np.pi * frequency**2 / schedule.slope[:, None])
+    inverse = _inverse_codes(schedule, times, number, bend)
     out = np.empty(samples.shape, dtype=np.complex128)
     for ramp in range(schedule.num_ramps):
-        bend = np.exp(1j * np.pi * frequency**2 / float(schedule.slope[ramp]))
-        into = number / times.rate + float(times.first[ramp] - schedule.start_time[ramp])
-        inverse = _inverse_code(sent_code(schedule, ramp, into, 1.0 / times.rate), bend)
-        spectrum = np.fft.fft(samples[..., ramp, :], n=number.size, axis=-1) * bend
-        aligned = np.fft.ifft(spectrum, axis=-1) * inverse
-        spectrum = np.fft.fft(aligned, axis=-1) * np.conj(bend)
+        spectrum = np.fft.fft(samples[..., ramp, :], n=number.size, axis=-1) * bend[ramp]
+        aligned = np.fft.ifft(spectrum, axis=-1) * inverse[ramp]
+        spectrum = np.fft.fft(aligned, axis=-1) * np.conj(bend[ramp])
         out[..., ramp, :] = np.fft.ifft(spectrum, axis=-1)[..., :size]
     return out
 
@@ -61,11 +65,26 @@ def _padded_grid(
     return number.astype(np.float64), frequency
 
 
-def _inverse_code(chips: ComplexArray, bend: ComplexArray) -> ComplexArray:
-    """Inverse of the conjugate code behind the filter ``bend``, limited where it is weak."""
-    dispersed = np.fft.ifft(np.fft.fft(np.conj(chips)) * bend)
+def _inverse_codes(
+    schedule: RampSchedule, times: SampleTimes, number: FloatArray, bend: ComplexArray
+) -> ComplexArray:
+    """Factors that remove the codes behind the filter ``bend``, ``(ramp, sample)``.
+
+    They are the inverse of the conjugate code, limited where it is weak. What the limit takes of an
+    echo is about the same where chips meet in many ramps, and would modulate the echo at the chip
+    rate; the mean over the ramps is made up for.
+    """
+    width = 1.0 / times.rate
+    sent = np.stack(
+        [
+            sent_code(schedule, ramp, number * width + float(first), width)
+            for ramp, first in enumerate(times.first - schedule.start_time)
+        ]
+    )
+    dispersed = np.fft.ifft(np.fft.fft(np.conj(sent), axis=1) * bend, axis=1)
     size = np.maximum(np.abs(dispersed), LEAST_CODE)
-    return np.asarray(np.conj(dispersed) / size**2)
+    kept = np.mean(np.abs(dispersed / size) ** 2, axis=0)
+    return np.asarray(np.conj(dispersed) / (size**2 * np.maximum(kept, LEAST_KEPT)))
 
 
 def sent_code(schedule: RampSchedule, ramp: int, into: FloatArray, width: float) -> ComplexArray:
