@@ -44,12 +44,14 @@ MITIGATED: Final = ("oncoming", "junction")
 TRIALS: Final = {"oncoming": 4, "junction": 4, "paper-b": 4, "paper-c": 4, "car-park": 2}
 """Number of trials of each cell; a trial of the car park takes as long as four of a street."""
 
-NOISE_FRAMES: Final = 10
-"""Number of frames of noise alone for each waveform."""
+NOISE_FRAMES: Final = 60
+FIRST_NOISE_FRAME: Final = 1000
+"""Number of frames of noise alone for each waveform, and the first draw of them, far from those by
+which the schemes' false-alarm probabilities were set."""
 
-NOISE_PROBABILITY: Final = 1e-4
-"""Stated false-alarm probability for these frames: 100 times that of the league, since its own
-would need thousands of frames."""
+NOISE_FACTOR: Final = 100.0
+"""Factor of the false-alarm probability in these frames, since that of the league would need
+thousands of frames."""
 
 
 def measured(trials: Mapping[str, int]) -> dict[str, Any]:
@@ -108,21 +110,23 @@ def _on_noise(plan: Plan) -> list[dict[str, Any]]:
             continue
         seen.append(maker)
         found, stated, kind = [], [], ""
-        for number in range(NOISE_FRAMES):
+        probability = NOISE_FACTOR * point.study.receiver.false_alarm_probability
+        for number in range(FIRST_NOISE_FRAME, FIRST_NOISE_FRAME + NOISE_FRAMES):
             study = replace(point.trial(number), traffic=None)
             frame = frame_with(study, (), streams=Streams(study.seed))
             settings = replace(
-                study.receiver, false_alarm_probability=NOISE_PROBABILITY, most_detections=150
+                study.receiver, false_alarm_probability=probability, most_detections=150
             )
             receiver = receiver_for(settings, frame.schedule)
             kind = receiver.kind
             found.append(float(receiver.detect(frame).num_detections))
-            stated.append(NOISE_PROBABILITY * num_cells(receiver, frame))
+            stated.append(probability * num_cells(receiver, frame))
         mean = poisson_mean(np.array(found))
         rows.append(
             {
                 "scheme": point.labels[-1],
                 "receiver": kind,
+                "probability": point.study.receiver.false_alarm_probability,
                 "found": {"value": mean.value, "low": mean.low, "high": mean.high},
                 "stated": sum(stated) / len(stated),
             }
@@ -171,11 +175,14 @@ def _cells_table(cells: Sequence[Mapping[str, Any]], condition: str) -> str:
 
 
 def _noise_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    head = ("scheme", "receiver", "detections in a frame of noise", "stated")
+    head = ("scheme", "receiver", "probability in the league", "detections in a frame", "stated")
     return table(
         head,
         [
-            (row["scheme"], row["receiver"], within(row["found"], 2), f"{row['stated']:.2f}")
+            (
+                *(row["scheme"], row["receiver"], f"{row['probability']:.3g}"),
+                *(within(row["found"], 2), f"{row['stated']:.2f}"),
+            )
             for row in rows
         ],
     )
