@@ -176,3 +176,45 @@ def test_looks_are_counted_whatever_a_recording_has(value):
     amplitude[:, :, :3] = 1.0
     looks = independent_looks(amplitude)
     assert np.all((looks >= 1.0) & (looks <= 4.0))
+
+
+def detections_on_a_ridge(window, *, ridge, maps=12, probability=1e-4):
+    """Detections in frames of noise with a ridge over all range rates, of one direction.
+
+    It is the signal of another radar with the same slope and start whose phases are drawn from ramp
+    to ramp: a beat of one range, with a phase that is new on every ramp.
+    """
+    ramps, samples, channels = 128, 160, 4
+    k = np.arange(ramps)
+    schedule = RampSchedule(
+        start_time=k * 25e-6, duration=0 * k + 20e-6, start_frequency=0 * k + 76.5e9,
+        slope=0 * k + 15e12, start_phase=0.0 * k, sweep=k,
+    )  # fmt: skip
+    times = SampleTimes(first=schedule.start_time + 1e-6, num_samples=0 * k + samples, rate=10e6)
+    total = 0
+    for number in range(maps):
+        random = np.random.default_rng([number, round(ridge)])
+        noise = random.normal(size=(channels, ramps, samples, 2)) @ [1.0, 1.0j]
+        beat = np.exp(2j * np.pi * (0.21 * np.arange(samples) + random.random((ramps, 1))))
+        turn = np.exp(1j * 0.7 * np.arange(channels))[:, None, None]
+        frame = IfFrame(
+            samples=noise + np.sqrt(2.0 * ridge) * turn * beat, times=times, schedule=schedule,
+            array=AntennaArray(num_channels=channels),
+        )  # fmt: skip
+        receiver = RangeDoppler(
+            false_alarm_probability=probability, greatest_range=70.0, window=window
+        )
+        total += receiver.detect(frame).num_detections
+        stated = probability * num_cells(receiver, frame)
+    return total / maps, stated
+
+
+def test_a_coded_radar_of_the_same_slope_makes_no_row_of_detections():
+    """Victims with equal chirps: the ridge is compared with itself, and noise as before.
+
+    With cells around alone, the ridge gives tens of detections in a frame.
+    """
+    around, stated = detections_on_a_ridge(AROUND, ridge=0.0)
+    assert detections_on_a_ridge(AROUND, ridge=1000.0)[0] > 20.0
+    assert detections_on_a_ridge(None, ridge=0.0)[0] == pytest.approx(around, abs=0.5 * stated)
+    assert detections_on_a_ridge(None, ridge=1000.0)[0] < 1.5 * stated

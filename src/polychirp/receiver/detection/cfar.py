@@ -18,7 +18,7 @@ from typing import Self
 
 import numpy as np
 
-from polychirp.axes import FloatArray, IntArray, PerDetection, PerPathIndex, Sealed
+from polychirp.axes import BoolArray, FloatArray, IntArray, PerDetection, PerPathIndex, Sealed
 from polychirp.errors import InputError
 from polychirp.spec import Spec
 
@@ -100,6 +100,16 @@ class Crossings(Sealed):
     column: PerPathIndex
     power: PerDetection
     floor: PerDetection
+
+    def chosen(self, which: BoolArray) -> Self:
+        """The crossings for which ``which`` (detection,) is true."""
+        return replace(
+            self,
+            row=self.row[which],
+            column=self.column[which],
+            power=self.power[which],
+            floor=self.floor[which],
+        )
 
 
 @lru_cache(maxsize=4096)
@@ -211,11 +221,71 @@ def ordered_statistic(
         factor[:, looks == number] = of_number[:, looks == number]
     padded = _padded(power, window, fill=np.inf)
     row, column = np.nonzero(count_below(padded, power / factor, window.offsets) >= rank)
-    around = window.offsets + np.array(window.reach) + np.stack([row, column], axis=1)[:, None]
-    training = np.sort(padded[around[..., 0], around[..., 1]], axis=1)
-    statistic = training[np.arange(row.size), rank[row, column] - 1]
+    statistic = _training_statistic(padded, row, column, window, rank[row, column])
     bias = _floor_biases(count[row, column], looks[column], quantile)
     return Crossings(row=row, column=column, power=power[row, column], floor=statistic / bias)
+
+
+def crosses_again(
+    power: FloatArray,
+    found: Crossings,
+    *,
+    window: CfarWindow,
+    false_alarm_probability: float,
+    quantile: float = 0.75,
+    num_looks: float | FloatArray = 1,
+    least_rise: float = 2.0,
+) -> BoolArray:
+    """True for the crossings that stand out of a second window's cells too, ``(detection,)``.
+
+    A crossing on a ridge, such as the signal of another radar that is spread over all range rates
+    of a range, has a floor of its own: that of cells on the ridge. A second floor that is less than
+    ``least_rise`` above the first changes nothing, so that noise crosses as often as before.
+
+    Parameters
+    ----------
+    power, false_alarm_probability, quantile, num_looks : as of `ordered_statistic`
+    found : its crossings with another window
+    window : the second window
+    least_rise : ratio of the floors, from which on the second one counts
+
+    Examples
+    --------
+    >>> power = np.ones((64, 64))
+    >>> power[:, 9] = np.random.default_rng(1).exponential(size=64) + 30.0
+    >>> power[5, 9] = power[5, 40] = 3000.0
+    >>> wanted = {"false_alarm_probability": 1e-4}
+    >>> found = ordered_statistic(power, window=CfarWindow(), **wanted)
+    >>> along = CfarWindow(guard=(2, 0), training=(20, 0), is_circular=(True, False))
+    >>> is_kept = crosses_again(power, found, window=along, **wanted)
+    >>> found.row.size, found.column[is_kept]
+    (65, array([ 9, 40]))
+    """
+    power = _checked(power, window)
+    looks = np.broadcast_to(np.asarray(num_looks, dtype=np.float64), power.shape[1:])
+    count, rank = (
+        of[found.row, found.column] for of in _count_and_rank(power.shape, window, quantile)
+    )
+    looks = looks[found.column]
+    padded = _padded(power, window, fill=np.inf)
+    statistic = _training_statistic(padded, found.row, found.column, window, rank)
+    factor = np.empty(count.shape)
+    for number in np.unique(looks):
+        of_number = _factors(power.shape, window, false_alarm_probability, quantile, float(number))
+        is_of = looks == number
+        factor[is_of] = of_number[found.row[is_of], found.column[is_of]]
+    floor = statistic / _floor_biases(count, looks, quantile)
+    return np.asarray((floor < least_rise * found.floor) | (found.power > factor * statistic))
+
+
+def _training_statistic(
+    padded: FloatArray, row: IntArray, column: IntArray, window: CfarWindow, rank: IntArray
+) -> FloatArray:
+    """The training cell of the given rank of each cell, from a map padded for the window."""
+    at = np.stack([row, column], axis=1)[:, None]
+    around = window.offsets + np.array(window.reach) + at
+    training = np.sort(padded[around[..., 0], around[..., 1]], axis=1)
+    return np.asarray(training[np.arange(rank.size), rank - 1])
 
 
 @lru_cache(maxsize=32)

@@ -14,7 +14,12 @@ from polychirp.model.spectra import RangeRateSpectra
 from polychirp.receiver.angle.directions import directions
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
-from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
+from polychirp.receiver.detection.cfar import (
+    CfarWindow,
+    Crossings,
+    crosses_again,
+    ordered_statistic,
+)
 from polychirp.receiver.detection.looks import independent_looks
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.combination import detect_by_subframes
@@ -155,7 +160,8 @@ class RangeDoppler(DetectorSettings):
 
         If a code changes the phases from ramp to ramp, signals without this code are spread over
         all range rates of their range, and a floor belongs to a range: training cells are those of
-        the same range. Otherwise they are around the cell.
+        the same range. Otherwise they are around the cell, and a cell on a ridge over all range
+        rates, such as the signal of a radar with a code, must stand out of the ridge as well.
         """
         if self.window is not None:
             return self.window
@@ -180,13 +186,7 @@ class RangeDoppler(DetectorSettings):
     def detect_in(self, spectra: RangeRateSpectra, frame: IfFrame) -> Detections:
         """Detections, as of `detect`, from the `spectra` of the frame."""
         map_ = spectra.mean_power
-        found = ordered_statistic(
-            map_.power,
-            window=self.training(frame.schedule).fitted(map_.power.shape),
-            false_alarm_probability=self.false_alarm_probability,
-            quantile=self.quantile,
-            num_looks=independent_looks(spectra.amplitude),
-        )
+        found = self._crossings(map_.power, spectra, frame.schedule)
         is_peak = is_local_maximum(map_.power, row=found.row, column=found.column)
         row, column = found.row[is_peak], found.column[is_peak]
         rate, beat_range, power = interpolated_peaks(map_, row=row, column=column)
@@ -219,6 +219,30 @@ class RangeDoppler(DetectorSettings):
             snr=(decoded.share * (found.power[is_peak] / floor)[of])[order],
         )
         return seen if self.grouping is None else merged(seen, self.grouping)
+
+    def _crossings(
+        self, power: FloatArray, spectra: RangeRateSpectra, schedule: RampSchedule
+    ) -> Crossings:
+        """Cells above the threshold, and on a ridge over range rates above that of the ridge."""
+        window = self.training(schedule)
+        found = ordered_statistic(
+            power,
+            window=window.fitted(power.shape),
+            false_alarm_probability=self.false_alarm_probability,
+            quantile=self.quantile,
+            num_looks=independent_looks(spectra.amplitude),
+        )
+        if self.window is not None or window is not AROUND:
+            return found
+        is_kept = crosses_again(
+            power,
+            found,
+            window=SAME_RANGE.fitted(power.shape),
+            false_alarm_probability=self.false_alarm_probability,
+            quantile=self.quantile,
+            num_looks=1.0,  # a ridge is one signal, of one direction
+        )
+        return found.chosen(is_kept)
 
     def combined_power(self, amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
         """Power, W, of amplitudes ``(…, ramp)`` that add up in phase over the blocks of a code.
