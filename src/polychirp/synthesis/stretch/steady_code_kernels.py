@@ -38,10 +38,10 @@ NUM_WEIGHTS: Final = 8
 FIRST_WEIGHT: Final = 3
 """Number of entries before the place at which the polynomial is taken; half of its entries."""
 
-FARTHEST: Final = 1e-3
+FARTHEST_BEAT: Final = 1e-3
 """Greatest distance from the table's beat, in units of 1/S; chosen: the cube left out is 5e-9."""
 
-SWEPT: Final = 1e-7
+SWEPT_CHANGE: Final = 1e-7
 """Change of the beat over the samples, in units of 1/S, below which it is left out; chosen."""
 
 _INVERSE: Final = tuple(
@@ -141,7 +141,7 @@ def add_steady_code(
         np.zeros(shape), np.zeros(shape), np.empty((2, most)), np.empty((2, most)),
         np.empty(most + 1, dtype=np.complex128), np.empty((3, most)),
     )  # fmt: skip
-    reach = FARTHEST / (2.0 * tables.taps.half)
+    reach = FARTHEST_BEAT / (2.0 * tables.taps.half)
     for p in range(links.delay.size):
         centre = np.inf
         for u in range(work.row.size):
@@ -163,7 +163,7 @@ def add_steady_code(
                 if not abs(here - centre) < reach:
                     centre = here
                     _integrate(integrals, code_taps, centre)
-                orders = 2 if abs(chirp.rate) * (count * window.step) > SWEPT * reach else 1
+                orders = 2 if abs(chirp.rate) * (count * window.step) > SWEPT_CHANGE * reach else 1
                 grid = Grid(first, window.step, count, tables.taps.half, orders)
                 _fill_envelope(envelope, integrals, here - centre, chirp.rate, per_sample, orders)
                 code, duration = chips.value[chips.row[sent]], chips.duration[sent]
