@@ -42,7 +42,7 @@ def test_a_point_without_noise_is_measured_to_micrometres(distance, rate, shift)
 
 
 @pytest.mark.parametrize("snr_db", [-10.0, 0.0, 20.0])
-def test_errors_are_the_bound_times_the_loss_of_the_taper(snr_db):
+def test_errors_are_the_bound_times_the_loss_of_the_taper(snr_db, compare):
     """120 draws tell a standard deviation to 6.5 %; four of these are allowed."""
     schedule, ratio, rate = sent(num_steps=256), 10 ** (snr_db / 10), -7.1
     point = HandPoint(range=20.3, range_rate=rate, azimuth=0.2, spreading=0.0)
@@ -65,10 +65,19 @@ def test_errors_are_the_bound_times_the_loss_of_the_taper(snr_db):
     )
     size = np.sqrt(np.mean(np.square(errors), axis=0)) / [bound.range, bound.range_rate]
     loss = np.sqrt(256 * np.sum(taper(256) ** 2))
-    np.testing.assert_allclose(size, loss, rtol=0.26)
+    for quantity, measured in zip(("range", "range rate"), size, strict=True):
+        compare(
+            page="coded-waveforms",
+            case=f"MFSK of 256 steps, {quantity}, {snr_db:.0f} dB per sample",
+            quantity="rms error over the Cramér–Rao bound",
+            expected=loss,
+            measured=measured,
+            tolerance=0.26 * loss,
+            source="square root of the taper's noise bandwidth in cells",
+        )
 
 
-def test_a_greater_shift_tells_the_range_better():
+def test_a_greater_shift_tells_the_range_better(compare):
     """The error of the phase is divided by 1/2 + p for a shift of −p increments.
 
     100 draws tell each standard deviation to 7 %; three of their joint ones are allowed.
@@ -82,10 +91,18 @@ def test_a_greater_shift_tells_the_range_better():
             frame = frame_of(schedule, [point], noise=1.0, seed=seed, converter=CONVERTER)
             errors.append(MfskReceiver(greatest_speed=15.0).detect(frame).range[0] - 20.0)
         size.append(np.sqrt(np.mean(np.square(errors))))
-    assert size[0] / size[1] == pytest.approx(2.5, rel=0.3)
+    compare(
+        page="coded-waveforms",
+        case="MFSK, shift of half a step over that of two steps",
+        quantity="ratio of the errors in range",
+        expected=2.5,
+        measured=size[0] / size[1],
+        tolerance=0.75,
+        source="phase over 1/2 + p",
+    )
 
 
-def test_noise_is_detected_as_often_as_stated():
+def test_noise_is_detected_as_often_as_stated(compare):
     """A receiver whose limits hold all beats and phases detects each crossing that is a maximum.
 
     Of the neighbours that the taper correlates, one is the maximum: 0.82 of the crossings, counted
@@ -103,7 +120,16 @@ def test_noise_is_detected_as_often_as_stated():
         receiver.detect(frame_of(schedule, [], seed=seed, converter=CONVERTER)).num_detections
         for seed in range(60)
     ]
-    assert np.mean(found) == pytest.approx(0.82 * 0.01 * stairs.num_steps, rel=0.2)
+    expected = 0.82 * 0.01 * stairs.num_steps
+    compare(
+        page="coded-waveforms",
+        case="MFSK of 512 steps, 0.01 in a cell",
+        quantity="detections in a frame of noise",
+        expected=expected,
+        measured=np.mean(found),
+        tolerance=0.2 * expected,
+        source="stated probability, maxima alone",
+    )
 
 
 def test_noise_has_no_detection_at_the_stated_probability():
