@@ -37,12 +37,19 @@ RECORD: Final = "league.json"
 """File with the numbers of the tables, in the folder of the pages."""
 
 LEAGUE: Final = ROOT / "studies" / "league"
-SCENARIOS: Final = ("oncoming", "junction", "paper-b", "paper-c", "car-park")
+SCENARIOS: Final = ("oncoming", "junction", "paper-b", "paper-c", "car-park", "dense")
 MITIGATED: Final = ("oncoming", "junction")
 """Study files of the league, and those of its comparison of mitigations, in the tables' order."""
 
-TRIALS: Final = {"oncoming": 4, "junction": 4, "paper-b": 4, "paper-c": 4, "car-park": 2}
-"""Number of trials of each cell; a trial of the car park takes as long as four of a street."""
+TRIALS: Final = {
+    **dict.fromkeys(("oncoming", "junction", "paper-b", "paper-c"), 20),
+    "car-park": 6,
+    "dense": 3,
+}
+"""Number of trials of each cell, fewer where a trial takes long."""
+
+MITIGATION_TRIALS: Final = 8
+"""Number of trials of each cell of the comparison of mitigations."""
 
 NOISE_FRAMES: Final = 60
 FIRST_NOISE_FRAME: Final = 1000
@@ -58,7 +65,7 @@ def measured(trials: Mapping[str, int]) -> dict[str, Any]:
     """Record of the league: its cells, those with mitigation, noise alone, and cost."""
     league = [_cells(name, ("common",), "league", trials[name]) for name in SCENARIOS]
     mitigated = [
-        _cells(name, ("mitigation", "common"), "league-mitigation", trials[name])
+        _cells(name, ("mitigation", "common"), "league-mitigation", MITIGATION_TRIALS)
         for name in MITIGATED
     ]
     cells = [cell for several in league for cell in several]
