@@ -178,13 +178,13 @@ def test_looks_are_counted_whatever_a_recording_has(value):
     assert np.all((looks >= 1.0) & (looks <= 4.0))
 
 
-def detections_on_a_ridge(window, *, ridge, maps=12, probability=1e-4):
+def detections_on_a_ridge(window, *, ridge, maps=12, probability=1e-4, ramps=128):
     """Detections in frames of noise with a ridge over all range rates, of one direction.
 
     It is the signal of another radar with the same slope and start whose phases are drawn from ramp
     to ramp: a beat of one range, with a phase that is new on every ramp.
     """
-    ramps, samples, channels = 128, 160, 4
+    samples, channels = 160, 4
     k = np.arange(ramps)
     schedule = RampSchedule(
         start_time=k * 25e-6, duration=0 * k + 20e-6, start_frequency=0 * k + 76.5e9,
@@ -218,3 +218,10 @@ def test_a_coded_radar_of_the_same_slope_makes_no_row_of_detections():
     assert detections_on_a_ridge(AROUND, ridge=1000.0)[0] > 20.0
     assert detections_on_a_ridge(None, ridge=0.0)[0] == pytest.approx(around, abs=0.5 * stated)
     assert detections_on_a_ridge(None, ridge=1000.0)[0] < 1.5 * stated
+
+
+@pytest.mark.parametrize("ramps", [2, 3, 8, 16])
+def test_maps_of_few_range_rates_are_read(ramps):
+    """Not even a ridge has training cells of the same range there; the rate is as stated."""
+    found, stated = detections_on_a_ridge(None, ridge=0.0, ramps=ramps, maps=40)
+    assert found < 3.0 * stated

@@ -61,6 +61,10 @@ SAME_RANGE: Final = CfarWindow(
 """Training cells of the same range as the cell; chosen, as many as are needed for a loss of some
 tenths of a decibel."""
 
+FEWEST_RATES: Final = 16
+"""Number of range rates of a map below which ridges over them are not looked for; chosen, since a
+window of the same range has too few training cells there."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RangeDoppler(DetectorSettings):
@@ -232,7 +236,7 @@ class RangeDoppler(DetectorSettings):
             quantile=self.quantile,
             num_looks=independent_looks(spectra.amplitude),
         )
-        if self.window is not None or window is not AROUND:
+        if self.window is not None or window is not AROUND or len(power) < FEWEST_RATES:
             return found
         is_kept = crosses_again(
             power,
