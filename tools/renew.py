@@ -135,7 +135,7 @@ RECORDS: Final = (
         minutes=60,
     ),
     _table("roads", 3, program="road"),
-    _table("league", 20),
+    _table("league", 100),
     _table("statistics", 40),
     _table("receiver", 12),
     _table("streets", 30, program="street"),
