@@ -1,10 +1,13 @@
 """Interface of waveform families: every waveform becomes a `RampSchedule`."""
 
-from typing import Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
 
 from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
+
+MOST_CHIPS: Final = 1 << 25
+"""Greatest number of drawn chips of a schedule; chosen: they take half a GiB."""
 
 
 @runtime_checkable
@@ -27,6 +30,15 @@ def need_sweeps(num_sweeps: int) -> None:
     """Refuse a schedule without a sweep."""
     if num_sweeps < 1:
         raise InputError(f"num_sweeps is {num_sweeps}; a schedule needs 1 or more")
+
+
+def need_few_chips(num_chips: int, num_sweeps: int) -> None:
+    """Refuse, with an `InputError`, more than `MOST_CHIPS` chips, before they are drawn."""
+    if num_chips * num_sweeps > MOST_CHIPS:
+        raise InputError(
+            f"a code of {num_chips} chips that is drawn for each of {num_sweeps} sweeps has more "
+            f"than {MOST_CHIPS} chips; use fewer chips or sweeps"
+        )
 
 
 def need_positive(owner: str, **values: float) -> None:

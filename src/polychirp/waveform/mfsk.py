@@ -1,7 +1,7 @@
 """`Mfsk`: two interleaved sequences of steps of constant frequency."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 from polychirp.spec import Spec
-from polychirp.units import Hertz, Seconds
+from polychirp.units import Between, Hertz, Seconds
 from polychirp.waveform.base import need_not_negative, need_positive, need_sweeps
 from polychirp.waveform.chirps import chirps, starts
 
@@ -58,7 +58,7 @@ class Mfsk(Spec):
     kind: Literal["mfsk"] = "mfsk"
     start_frequency: Hertz = 76.2e9
     bandwidth: Hertz = 600e6
-    num_steps: int = 512
+    num_steps: Annotated[int, Between(greatest=1_000_000)] = 512
     step_duration: Seconds = 10e-6
     shift: Hertz | None = None
     idle: Seconds = 0.0

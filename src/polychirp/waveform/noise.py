@@ -11,7 +11,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 from polychirp.spec import Spec
 from polychirp.units import Hertz, Ratio, Seconds, from_db
-from polychirp.waveform.base import need_not_negative, need_positive, need_sweeps
+from polychirp.waveform.base import need_few_chips, need_not_negative, need_positive, need_sweeps
 from polychirp.waveform.carriers import carriers
 
 
@@ -89,6 +89,7 @@ class Noise(Spec):
     def schedule(self, *, num_sweeps: int, streams: Streams) -> RampSchedule:
         """``num_sweeps`` stretches of the carrier, each with noise from the radar's streams."""
         need_sweeps(num_sweeps)
+        need_few_chips(self.num_chips, num_sweeps)
         return carriers(
             self._chips(num_sweeps, streams),
             carrier=self.carrier,

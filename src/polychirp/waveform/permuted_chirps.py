@@ -1,7 +1,7 @@
 """`PermutedChirps`: chirps whose pieces are sent in another order, as in BlueFMCW."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 from polychirp.spec import Spec
-from polychirp.units import Hertz, Seconds
+from polychirp.units import Between, Hertz, Seconds
 from polychirp.waveform.base import need_not_negative, need_positive, need_sweeps
 from polychirp.waveform.chirps import chirps, starts
 
@@ -55,7 +55,7 @@ class PermutedChirps(Spec):
     start_frequency: Hertz = 76.5e9
     bandwidth: Hertz = 600e6
     ramp_duration: Seconds = 40e-6
-    num_pieces: int = 4
+    num_pieces: Annotated[int, Between(greatest=1_000)] = 4
     jump: Seconds = 0.0
     idle: Seconds = 5e-6
 

@@ -11,7 +11,7 @@ from polychirp.model.ramp_code import RampCode
 from polychirp.rng import Streams
 from polychirp.spec import Spec
 from polychirp.units import Hertz, Seconds
-from polychirp.waveform.base import need_positive
+from polychirp.waveform.base import need_few_chips, need_positive
 from polychirp.waveform.sawtooth import Sawtooth
 
 
@@ -79,6 +79,7 @@ class PhaseCodedRamp(Spec):
 
     def schedule(self, *, num_sweeps: int, streams: Streams) -> RampSchedule:
         """Ramps of ``num_sweeps`` chirps, with codes drawn from this radar's streams."""
+        need_few_chips(self.num_chips, num_sweeps)
         ramps = self._plain().schedule(num_sweeps=num_sweeps, streams=streams)
         signs = streams["waveform", "code"].integers(2, size=(num_sweeps, self.num_chips))
         chip = self.chip_duration or self.ramp_duration / self.num_chips

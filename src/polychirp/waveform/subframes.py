@@ -1,7 +1,7 @@
 """`Subframes`: equal chirps whose repetition interval changes from subframe to subframe."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 from polychirp.spec import Spec
-from polychirp.units import Hertz, Seconds
+from polychirp.units import Between, Hertz, Seconds
 from polychirp.waveform.base import need_positive, need_sweeps
 from polychirp.waveform.chirps import chirps, starts
 
@@ -51,7 +51,7 @@ class Subframes(Spec):
     bandwidth: Hertz = 500e6
     ramp_duration: Seconds = 25e-6
     intervals: tuple[Seconds, ...] = (30e-6, 34e-6, 39e-6)
-    ramps_per_subframe: int = 64
+    ramps_per_subframe: Annotated[int, Between(greatest=1_000_000)] = 64
     direction: Literal["up", "down"] = "up"
 
     def __post_init__(self) -> None:

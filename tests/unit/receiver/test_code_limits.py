@@ -27,7 +27,7 @@ from polychirp.receiver.selection import (
 )
 from polychirp.report.figures.spectrogram import spectrogram
 from polychirp.rng import Streams
-from polychirp.waveform import PhaseCodedRamp, Pmcw, Sawtooth
+from polychirp.waveform import Noise, PhaseCodedRamp, Pmcw, Sawtooth
 from tests.support.points import frame_of
 
 CARRIER = Pmcw(order=7).schedule(num_sweeps=8, streams=Streams(1))
@@ -138,3 +138,9 @@ def test_equations_of_ramps_refuse_a_code():
 def test_the_spectrogram_of_ramps_refuses_a_code():
     with pytest.raises(CapabilityError, match=r"shows no chips, .* 'spectrogram' shows"):
         spectrogram(CARRIER, title="")
+
+
+@pytest.mark.parametrize("waveform", [PhaseCodedRamp(num_chips=200_000), Noise(num_chips=200_000)])
+def test_more_drawn_chips_than_memory_holds_are_refused_before_they_are_drawn(waveform):
+    with pytest.raises(InputError, match="200000 chips that is drawn for each of 256 sweeps"):
+        waveform.schedule(num_sweeps=256, streams=Streams(1))
