@@ -61,9 +61,9 @@ SAME_RANGE: Final = CfarWindow(
 """Training cells of the same range as the cell; chosen, as many as are needed for a loss of some
 tenths of a decibel."""
 
-FEWEST_RATES: Final = 16
-"""Number of range rates of a map below which ridges over them are not looked for; chosen, since a
-window of the same range has too few training cells there."""
+FEWEST_RATES: Final = 64
+"""Number of range rates of a map below which ridges over them are not looked for. Chosen: a window
+of the same range then has 28 training cells; with few, a target beside the cell is among them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
