@@ -14,13 +14,17 @@ some 15 % of the wanted one.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Self
+from typing import Final, Self
 
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray, PerDetection, PerPathIndex, Sealed
 from polychirp.errors import InputError
 from polychirp.spec import Spec
+
+LEAST_RISE: Final = 2.0
+"""Ratio of the floors of two windows from which on the second one counts (`crosses_again`). Chosen:
+floors of noise, of some forty cells each, do not differ by as much."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -233,21 +237,20 @@ def crosses_again(
     window: CfarWindow,
     false_alarm_probability: float,
     quantile: float = 0.75,
-    num_looks: float | FloatArray = 1,
-    least_rise: float = 2.0,
+    num_looks: float = 1,
 ) -> BoolArray:
     """True for the crossings that stand out of a second window's cells too, ``(detection,)``.
 
     A crossing on a ridge, such as the signal of another radar that is spread over all range rates
     of a range, has a floor of its own: that of cells on the ridge. A second floor that is less than
-    ``least_rise`` above the first changes nothing, so that noise crosses as often as before.
+    `LEAST_RISE` above the first changes nothing, so that noise crosses as often as before.
 
     Parameters
     ----------
-    power, false_alarm_probability, quantile, num_looks : as of `ordered_statistic`
+    power, false_alarm_probability, quantile : as of `ordered_statistic`
     found : its crossings with another window
     window : the second window
-    least_rise : ratio of the floors, from which on the second one counts
+    num_looks : independent exponential variables in a cell of the ridge
 
     Examples
     --------
@@ -262,20 +265,14 @@ def crosses_again(
     (65, array([ 9, 40]))
     """
     power = _checked(power, window)
-    looks = np.broadcast_to(np.asarray(num_looks, dtype=np.float64), power.shape[1:])
-    count, rank = (
-        of[found.row, found.column] for of in _count_and_rank(power.shape, window, quantile)
-    )
-    looks = looks[found.column]
+    factor = _factors(power.shape, window, false_alarm_probability, quantile, num_looks)
+    count, rank = _count_and_rank(power.shape, window, quantile)
+    row, column = found.row, found.column
     padded = _padded(power, window, fill=np.inf)
-    statistic = _training_statistic(padded, found.row, found.column, window, rank)
-    factor = np.empty(count.shape)
-    for number in np.unique(looks):
-        of_number = _factors(power.shape, window, false_alarm_probability, quantile, float(number))
-        is_of = looks == number
-        factor[is_of] = of_number[found.row[is_of], found.column[is_of]]
-    floor = statistic / _floor_biases(count, looks, quantile)
-    return np.asarray((floor < least_rise * found.floor) | (found.power > factor * statistic))
+    statistic = _training_statistic(padded, row, column, window, rank[row, column])
+    bias = _floor_biases(count[row, column], np.full(row.size, num_looks), quantile)
+    is_low = statistic / bias < LEAST_RISE * found.floor
+    return np.asarray(is_low | (found.power > factor[row, column] * statistic))
 
 
 def _training_statistic(
