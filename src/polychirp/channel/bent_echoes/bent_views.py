@@ -75,7 +75,8 @@ class Patches(NamedTuple):
 class BentView(View):
     """Radar ``radar`` as body ``body`` sees it over edge ``edge`` of the body ``blocker``.
 
-    ``patches`` are the body's, and ``at_patches`` the waves over all edges above them.
+    ``patches`` are the body's, and ``at_patches`` the waves over all edges above those that may
+    face the radar.
     ``least_length`` m is a bound below the length of all paths, and ``greatest_wave`` the greatest
     amplitude over that without the blocker.
     """
@@ -187,7 +188,8 @@ def _views_over(
     some = edge_waves(edges, places[surface.patch[surface.panel_face]], world.wavenumber)
     if np.max(np.abs(some.field), initial=0.0) < 0.5 * WEAKEST_EDGE:
         return []
-    waves = edge_waves(edges, places, world.wavenumber)
+    facing = np.flatnonzero(patches.may_face)
+    waves = edge_waves(edges, places, world.wavenumber, some=facing)
     found = []
     for edge in range(NUM_EDGES):
         is_lit = np.abs(waves.field[edge]) > WEAKEST_WAVE
@@ -330,7 +332,6 @@ def _reached_patches(world: World, view: BentView) -> BoolArray:
     near = _obstacles(world, start, towards)
     if blocked(world, start[None], towards, but_body=view.blocker, among=near)[0]:
         return np.zeros(len(is_lit), dtype=np.bool_)
-    is_lit &= view.patches.may_face
     some = np.flatnonzero(is_lit)
     bend = start + waves.bend[view.edge, some, 1] + lift
     end = start + place[some]

@@ -26,7 +26,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.bent_echoes.two_edges import (
     OVER_FIRST,
     OVER_SECOND,
@@ -96,9 +96,15 @@ class EdgeWaves(NamedTuple):
     is_clear: FloatArray
 
 
-def edge_waves(edges: Edges, points: FloatArray, wavenumber: float) -> EdgeWaves:
-    """Waves at ``points``, m from the radar ``(point, xyz)``."""
+def edge_waves(
+    edges: Edges, points: FloatArray, wavenumber: float, *, some: IntArray | None = None
+) -> EdgeWaves:
+    """Waves at ``points``, m from the radar ``(point, xyz)``.
+
+    If numbers of ``some`` points are given, there are no waves at the others.
+    """
     count = len(points)
+    some = np.arange(count) if some is None else some
     out = EdgeWaves(
         np.zeros((NUM_EDGES, count), dtype=np.complex128),
         np.ones((NUM_EDGES, count)),
@@ -106,7 +112,8 @@ def edge_waves(edges: Edges, points: FloatArray, wavenumber: float) -> EdgeWaves
         np.zeros((NUM_EDGES, count, 2, 3)),
         np.ones(count),
     )
-    in_ranges(_fill_waves, count, edge_table(edges), points, wavenumber, *out, least=500)
+    where = edge_table(edges), points, some
+    in_ranges(_fill_waves, len(some), *where, wavenumber, *out, least=500)
     return out
 
 
@@ -122,6 +129,7 @@ def _fill_waves(
     end: int,
     table: FloatArray,
     points: FloatArray,
+    some: IntArray,
     wavenumber: float,
     field: ComplexArray,
     length: FloatArray,
@@ -129,7 +137,7 @@ def _fill_waves(
     bend: FloatArray,
     is_clear: FloatArray,
 ) -> None:
-    for i in range(begin, end):
+    for i in some[begin:end]:
         point = row(points, i)
         waves = waves_at(table, point, wavenumber)
         is_clear[i] = waves.is_clear

@@ -88,15 +88,15 @@ def bent_echoes(
     0.25
     """
     direct = direct_views(world, body, radars_of(pairs))
+    seen = direct_illumination(world, body, direct)
     bent = [over for view in direct for over in _views_over_edges(world, view)]
     once = within_dynamic_range(
-        world, combinations_of(direct, bent, wanted_pairs(pairs)), strongest
+        world, combinations_of(list(seen.number), bent, wanted_pairs(pairs)), strongest
     )
     twice = within_dynamic_range(world, combinations_of(bent, bent, wanted_pairs(pairs)), strongest)
     if not once and not twice:
         return no_paths(world.scene, world.frequency)
     views: dict[View, None] = dict.fromkeys([b for _, b in once + twice] + [a for a, _ in twice])
-    seen = direct_illumination(world, body, direct)
     over_edges = bent_illumination(
         world, body, [view for view in views if isinstance(view, BentView)], seen
     )

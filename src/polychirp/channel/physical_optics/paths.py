@@ -121,8 +121,9 @@ def mirrored_echoes(
         for view in direct
         for plate in view.mirrors
     ]
+    seen = direct_illumination(world, body, direct)
     once = within_dynamic_range(
-        world, combinations_of(direct, mirrored, wanted_pairs(pairs)), strongest
+        world, combinations_of(list(seen.number), mirrored, wanted_pairs(pairs)), strongest
     )
     twice = within_dynamic_range(
         world, combinations_of(mirrored, mirrored, wanted_pairs(pairs)), strongest
@@ -130,7 +131,6 @@ def mirrored_echoes(
     if not once and not twice:
         return no_paths(world.scene, world.frequency)
     views = dict.fromkeys([b for _, b in once + twice] + [a for a, _ in twice])
-    seen = direct_illumination(world, body, direct)
     reflected = illumination_of(world, body, list(views))
     sums = [
         PairSums(seen, reflected, once, strongest),
@@ -155,7 +155,7 @@ def wanted_pairs(pairs: IntArray) -> set[tuple[int, int]]:
     return {(int(i), int(j)) for i, j in pairs}
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=4)  # for each of two threads, the body that it traces and one to spare
 def direct_views(world: World, body: int, radars: tuple[int, ...]) -> tuple[View, ...]:
     """Direct views of the radars within the greatest path length, without those on the body.
 
@@ -167,9 +167,9 @@ def direct_views(world: World, body: int, radars: tuple[int, ...]) -> tuple[View
     return tuple(view for view in views if view.distance <= world.max_length)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def direct_illumination(world: World, body: int, views: tuple[View, ...]) -> Illumination:
-    """Illumination of a body by direct views, cached because mirrored echoes need it next."""
+    """Illumination of a body by direct views, cached because mirrored and bent echoes need it."""
     return illumination_of(world, body, list(views)).with_waves()
 
 

@@ -37,6 +37,7 @@ their coherence times say, because each ray tube meets other facets as the bodie
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -269,17 +270,15 @@ class _FrameTraces:
             self._steps(begin, self.scenes[0], limit)
             for begin, limit in zip(first, limits, strict=True)
         ]
-        # the part with the most traces starts first: started last, it would run on one core alone
-        order = np.argsort([-np.sum(1 / some) for some in steps], kind="stable")
-        work = [
-            partial(self._traces, self.parts[k], first[k], steps[k], limits[k], strongest)
-            for k in order
-        ]
-        done: list[_PartTraces] = []
+        groups = self._groups()
+        # the group with the most traces starts first: started last, it would run on one core alone
+        groups.sort(key=lambda group: -sum(float(np.sum(1 / steps[k])) for k in group))
+        work = [partial(self._traces, group, first, steps, limits, strongest) for group in groups]
+        done: dict[int, _PartTraces] = {}
         for traces in side_by_side(work):
-            done.append(traces)
+            done |= traces
             progress(len(done) * len(self.times), total)
-        fading = _CrossFade([done[k] for k in np.argsort(order)], self.times)
+        fading = _CrossFade([done[k] for k in range(len(self.parts))], self.times)
         return tuple(
             without_weak(fading.at(k), moment, self.tracer.dynamic_range)
             for k, moment in enumerate(self.scenes)
@@ -310,34 +309,46 @@ class _FrameTraces:
         is_other = (whole[:, None] == whole) & ~np.eye(len(whole), dtype=np.bool_)
         return np.tensordot(is_other, np.array(power), axes=1)
 
+    def _groups(self) -> list[list[int]]:
+        """Numbers of the parts of each whole, which are traced one after the other at each time.
+
+        What the parts of one body have in common, such as the facets that radars see, is then at
+        hand for all of them.
+        """
+        groups: dict[str, list[int]] = {}
+        for number, part in enumerate(self.parts):
+            groups.setdefault(part.whole or part.name, []).append(number)
+        return list(groups.values())
+
     def _traces(
         self,
-        part: Part,
-        first: PropagationPaths,
-        steps: IntArray,
-        limits: _Limits,
+        group: Sequence[int],
+        first: Sequence[PropagationPaths],
+        steps: Sequence[IntArray],
+        limits: Sequence[_Limits],
         strongest: FloatArray,
-    ) -> _PartTraces:
-        """Traces of one part: each pair as often as its errors need, and once at the last time.
+    ) -> dict[int, _PartTraces]:
+        """Traces of a group's parts: each pair as often as its errors need, and at the last time.
 
-        ``first`` are the paths at the first time. ``steps`` ``(transmitter, receiver)`` is the
-        number of time steps from there to the next trace (`_steps`).
+        ``first`` are every part's paths at the first time. ``steps`` ``(transmitter, receiver)`` of
+        every part is the number of time steps from there to the next trace (`_steps`).
         """
         last = len(self.times) - 1
-        traces = _PartTraces(len(self.times), len(strongest))
-        traces.add(0, self.pairs, first)
-        due = np.minimum(steps, last)
-        for number in range(1, last + 1):
-            pairs = self.pairs[due[self.pairs[:, 0], self.pairs[:, 1]] == number]
+        found = {k: _PartTraces(len(self.times), len(strongest)) for k in group}
+        due = {k: np.minimum(steps[k], last) for k in group}
+        for k in group:
+            found[k].add(0, self.pairs, first[k])
+        for number, k in product(range(1, last + 1), group):
+            pairs = self.pairs[due[k][self.pairs[:, 0], self.pairs[:, 1]] == number]
             if not len(pairs):
                 continue
-            found = part.trace(self.worlds[number], pairs, strongest)
-            traces.add(number, pairs, found)
-            steps = self._steps(found, self.scenes[number], limits)
+            paths = self.parts[k].trace(self.worlds[number], pairs, strongest)
+            found[k].add(number, pairs, paths)
+            until_next = self._steps(paths, self.scenes[number], limits[k])
             # traces are due at multiples of the step, so that pairs with different steps coincide
-            next_due = np.minimum((number // steps + 1) * steps, last)
-            due = np.where(due == number, next_due, due)
-        return traces
+            next_due = np.minimum((number // until_next + 1) * until_next, last)
+            due[k] = np.where(due[k] == number, next_due, due[k])
+        return found
 
     def _steps(self, paths: PropagationPaths, scene: Scene, limits: _Limits) -> IntArray:
         """Number of time steps until each pair is traced again, ``(transmitter, receiver)``.
