@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
+from multiprocessing import get_context
 from typing import Final
 
 import numpy as np
@@ -24,11 +26,12 @@ from polychirp.study.spec import Study, scene_of, schedules_of
 from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
+from polychirp.threads import limit_cores
 
-NUM_STREETS: Final = 48
-"""Number of streets that are drawn; chosen: twenty minutes of one core."""
+NUM_STREETS: Final = 200
+"""Number of streets that are drawn; chosen: three quarters of an hour on two cores."""
 
-FIRST_STREET: Final = 100
+FIRST_STREET: Final = 200
 """Number of the first one: the receiver was made on streets of lower numbers."""
 
 SPREAD_OF_SPEEDS, SPREAD_OF_PLACES = 1.5, 0.3
@@ -67,15 +70,36 @@ class StreetRow:
     num_trials: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """Score of one radar with one waveform on one frame.
+
+    ``is_detected`` and ``is_in_sight`` ``(target,)`` are those of the score, ``natures`` the
+    causes of all detections, and ``seconds`` the CPU time of the receiver and of the score.
+    """
+
+    waveform: str
+    radar: str
+    is_detected: tuple[bool, ...]
+    is_in_sight: tuple[bool, ...]
+    natures: tuple[str, ...]
+    seconds: float
+
+
 def traced_streets(
-    *, num_streets: int = NUM_STREETS, progress: Progress = no_progress
+    *,
+    num_streets: int = NUM_STREETS,
+    num_processes: int = 1,
+    progress: Progress = no_progress,
 ) -> tuple[StreetRow, ...]:
-    """Rows of all waveforms and radars."""
-    read: dict[tuple[str, str], list[tuple[VictimResult, float]]] = {}
-    for number in range(num_streets):
-        progress("streets", number, num_streets)
-        for waveform, one, seconds in _readings(FIRST_STREET + number):
-            read.setdefault((waveform, one.name), []).append((one, seconds))
+    """Rows of all waveforms and radars, the same for any number of processes."""
+    read: dict[tuple[str, str], list[Reading]] = {}
+    numbers = range(FIRST_STREET, FIRST_STREET + num_streets)
+    with ProcessPoolExecutor(num_processes, mp_context=get_context("spawn")) as pool:
+        for count, readings in enumerate(pool.map(readings_of, numbers)):
+            progress("streets", count, num_streets)
+            for one in readings:
+                read.setdefault((one.waveform, one.radar), []).append(one)
     return tuple(_row(*key, read[key]) for key in product(WAVEFORMS, (name for name, _ in PAIRS)))
 
 
@@ -95,7 +119,23 @@ def drawn_street(waveform: WaveformKind, number: int) -> Study:
     return replace(study, street=replace(study.street, vehicles=vehicles))
 
 
-def _readings(number: int) -> Iterator[tuple[WaveformKind, VictimResult, float]]:
+def readings_of(number: int) -> list[Reading]:
+    """A frame of each waveform and radar on one street, read in one thread."""
+    limit_cores(1)
+    return [
+        Reading(
+            waveform=waveform,
+            radar=one.name,
+            is_detected=tuple(map(bool, one.score.is_detected)),
+            is_in_sight=tuple(map(bool, one.score.is_in_sight)),
+            natures=one.score.nature,
+            seconds=seconds,
+        )
+        for waveform, one, seconds in received_on(number)
+    ]
+
+
+def received_on(number: int) -> Iterator[tuple[WaveformKind, VictimResult, float]]:
     """A frame of each waveform and radar on one street, and the seconds that the receiver takes.
 
     Vehicles move alike with all waveforms, so that one tracing over the longest frame serves all.
@@ -135,11 +175,10 @@ def _readings(number: int) -> Iterator[tuple[WaveformKind, VictimResult, float]]
         yield waveform, one, time.process_time() - begin
 
 
-def _row(waveform: str, radar: str, readings: list[tuple[VictimResult, float]]) -> StreetRow:
-    received = [one for one, _ in readings]
-    in_sight = np.array([one.score.is_in_sight for one in received])
-    hits = np.array([one.score.is_detected for one in received]) & in_sight
-    natures = [list(one.score.nature) for one in received]
+def _row(waveform: str, radar: str, readings: list[Reading]) -> StreetRow:
+    in_sight = np.array([one.is_in_sight for one in readings])
+    hits = np.array([one.is_detected for one in readings]) & in_sight
+    natures = [one.natures for one in readings]
     return StreetRow(
         waveform=waveform,
         radar=radar,
@@ -152,6 +191,6 @@ def _row(waveform: str, radar: str, readings: list[tuple[VictimResult, float]]) 
         ),
         unexplained=mean_count(np.array([n.count("unexplained") for n in natures], dtype=float)),
         detections=mean_count(np.array([len(n) for n in natures], dtype=float)),
-        seconds=float(np.median([seconds for _, seconds in readings])),
+        seconds=float(np.median([one.seconds for one in readings])),
         num_trials=len(readings),
     )

@@ -11,6 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
+from polychirp.threads import num_cores
 from tools.experiments.traced_streets import traced_streets
 from tools.pages.markdown import table, within
 
@@ -39,7 +40,7 @@ def street_table(folder: Path) -> str:
 
 
 if __name__ == "__main__":
-    exact = json.dumps([asdict(row) for row in traced_streets()])
+    exact = json.dumps([asdict(row) for row in traced_streets(num_processes=num_cores())])
     rows = json.loads(exact, parse_float=lambda digits: float(f"{float(digits):.5g}"))
     text = json.dumps(rows, indent=1, ensure_ascii=False) + "\n"
     Path(sys.argv[1]).write_text(text, encoding="utf-8")

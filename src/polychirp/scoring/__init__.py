@@ -3,7 +3,8 @@
 The modules in reading order; others may use the names beside them:
 
 - `association`: detections on bodies: `Gate`, `distances_from_bodies`, `associate`.
-- `echoes`: own paths with the body that each is of: `Echoes`, `echoes_of`.
+- `echoes`: own paths with the body that each is of: `Echoes`, `echoes_of`, and those of
+  several instants of a frame together: `mean_echoes`.
 - `causes`: the one rule for the cause of every detection: `Nature`, `causes`.
 - `compare`: the score of one radar in one trial: `compare`.
 - `mitigation`: measures of mitigation: `signal_to_disturbance`, `error_vector_magnitude`,

@@ -117,7 +117,7 @@ def causes(
     Parameters
     ----------
     powers : W, ``(detection, part)`` in the order of `PARTS`
-    echoes : own paths of the radar at the time of the detections
+    echoes : own paths of the radar during the frame, moved to the time of the detections
     """
     part = {name: powers[:, n] for n, name in enumerate(PARTS)}
     signal = _strongest_signal(part)

@@ -32,7 +32,8 @@ def compare(
     Parameters
     ----------
     powers : W, power of every part in every detection, ``(detection, part)``
-    echoes : paths from the victim back to itself, at the time of the detections
+    echoes : paths from the victim back to itself during the frame, moved to the time of the
+        detections (`mean_echoes`)
     floor_rise : ratio of the range spectra's floor to the noise alone; the score passes it on
     before, after : echo and interference over noise at every target, before and after mitigation
     echo_snr : coherent SNR of the whole echo of every target, a ratio, which says with the truth

@@ -1,9 +1,11 @@
 """`Echoes`: the own paths of a radar as its receiver sees them, with the body that each is of."""
 
-from dataclasses import dataclass
-from typing import Annotated, Final
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from polychirp.axes import Axes, BoolArray, FloatArray, IntArray, PerPath, PerPathIndex, Sealed
 from polychirp.constants import SPEED_OF_LIGHT
@@ -61,6 +63,47 @@ def echoes_of(paths: PropagationPaths, scene: Scene, radar: int) -> Echoes:
         elevation=elevation,
         power=gain * np.max(np.abs(own.transfer) ** 2, axis=(-2, -1)),
         is_mirrored=own.is_mirrored,
+    )
+
+
+def mean_echoes(several: Sequence[Echoes], elapsed: FloatArray) -> Echoes:
+    """Echoes of a radar at several instants, as if all were at one, with the mean of their powers.
+
+    A glint that slides over a body, or one that is seen for a part of a frame only, is a path at
+    some instants of the frame and none at others. A detection is made of all of them.
+
+    Parameters
+    ----------
+    several : echoes of one scene, at one instant each; at least one
+    elapsed : from each instant to the one for which the echoes are wanted, s, ``(instant,)``
+
+    Examples
+    --------
+    A path that is there at one of two instants, 10 ms before the one wanted:
+
+    >>> early = Echoes(body=("wall",), is_clutter=[True], actor=[0], range=[8.0], range_rate=[5.0],
+    ...     azimuth=[0.0], elevation=[0.0], power=[1e-9], is_mirrored=[False])
+    >>> none = np.zeros(0)
+    >>> late = Echoes(body=("wall",), is_clutter=[True], actor=none, range=none, range_rate=none,
+    ...     azimuth=none, elevation=none, power=none, is_mirrored=none)
+    >>> found = mean_echoes([early, late], np.array([0.01, 0.0]))
+    >>> found.range, found.power
+    (array([8.05]), array([5.e-10]))
+    """
+
+    def joined(name: str) -> NDArray[Any]:
+        return np.concatenate([getattr(one, name) for one in several])
+
+    after = np.repeat(elapsed, [one.range.size for one in several])
+    return replace(
+        several[0],
+        actor=joined("actor"),
+        range=joined("range") + after * joined("range_rate"),
+        range_rate=joined("range_rate"),
+        azimuth=joined("azimuth"),
+        elevation=joined("elevation"),
+        power=joined("power") / len(several),
+        is_mirrored=joined("is_mirrored"),
     )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Final
 
 import numpy as np
 
@@ -39,7 +40,7 @@ from polychirp.receiver.selection import (
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
-from polychirp.scoring.echoes import Echoes, echoes_of
+from polychirp.scoring.echoes import Echoes, echoes_of, mean_echoes
 from polychirp.study.body_echoes import body_echoes
 from polychirp.study.frame_loop import last_frame
 from polychirp.study.ghost_radars import Interference, radars_of_ghosts
@@ -61,6 +62,10 @@ from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import side_by_side
 from polychirp.waveform import FrameRule
+
+ECHO_INSTANTS: Final = 12
+"""Greatest number of instants of a frame whose echoes explain detections. Chosen: parts of a scene
+are traced every 16 ms at the latest, so that in a frame of 50 ms hardly any trace is left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -294,7 +299,7 @@ def receive_and_score(
         found,
         true,
         powers=powers,
-        echoes=echoes_of(paths, scene.at(paths.reference_time), victim),
+        echoes=echoes_during(received.schedule, found.time, scene, snapshots, victim=victim),
         floor_rise=floor_rise(receiver, frame, parts),
         before=before,
         after=after,
@@ -338,9 +343,23 @@ def paths_at(time: float, snapshots: Sequence[PropagationPaths]) -> PropagationP
     return min(snapshots, key=lambda paths: abs(paths.reference_time - time))
 
 
-def echoes_at(
-    time: float, scene: Scene, snapshots: Sequence[PropagationPaths], *, victim: int
+def echoes_during(
+    schedule: RampSchedule,
+    time: float,
+    scene: Scene,
+    snapshots: Sequence[PropagationPaths],
+    *,
+    victim: int,
 ) -> Echoes:
-    """Echoes of radar ``victim`` in the snapshot that is nearest to a time, s."""
-    paths = paths_at(time, snapshots)
-    return echoes_of(paths, scene.at(paths.reference_time), victim)
+    """Echoes of radar ``victim`` during its frame, as they are at a ``time``, s (`mean_echoes`).
+
+    They are those of the snapshots within the frame, of `ECHO_INSTANTS` at most.
+    """
+    begin, end = float(np.min(schedule.start_time)), float(np.max(schedule.end_time))
+    during = [paths for paths in snapshots if begin <= paths.reference_time <= end]
+    during = during or [paths_at(time, snapshots)]
+    count = min(len(during), ECHO_INSTANTS)
+    some = [during[n] for n in np.rint(np.linspace(0, len(during) - 1, count)).astype(int)]
+    elapsed = np.array([time - paths.reference_time for paths in some])
+    several = [echoes_of(paths, scene.at(paths.reference_time), victim) for paths in some]
+    return mean_echoes(several, elapsed)

@@ -38,6 +38,11 @@ LEAST_LOBE = 3.0
 """Power of a lobe beside a point, over its mean in noise, from which a second point is tried;
 chosen."""
 
+ALIKE = 0.95
+"""Correlation of the signals of two points from which they are one; chosen: a fifth of a cell
+apart. Nearer ones have great amplitudes that nearly cancel each other, and with them wrong
+azimuths."""
+
 SWEEPS_OF_A_PAIR = 12
 """Sweeps of the fit of two points in place of one; chosen: near points take many."""
 
@@ -140,7 +145,9 @@ def divided(
         free=np.append(np.flatnonzero(np.any(is_near, axis=0)), second),
     )
     every, is_new = points, np.zeros(len(alone), dtype=np.bool_)
-    for n in np.argsort(-points.strength[alone]):
+    both = Replicas.of(seen, tried)
+    is_apart = np.diagonal(correlations(seen, both[alone], both[second])) < ALIKE
+    for n in np.flatnonzero(is_apart)[np.argsort(-points.strength[alone[is_apart]])]:
         near = np.flatnonzero(is_near[n])
         pair = points.replaced(near, tried[near]) + tried[second[[n]]]
         if _falls(seen, residual, pair, threshold * points.floor[alone[n]]):
@@ -189,7 +196,8 @@ def pruned(
     """Points without those that the others replace at no loss, once these are fitted again.
 
     A fit that stood still beside its optimum leaves a residue, which was taken for a point. A loss
-    below ``threshold``, in units of a point's floor, is none.
+    below ``threshold``, in units of a point's floor, is none. Of points that are alike, the weaker
+    ones are left out at any loss.
     """
     kept = np.arange(len(points))
     every = Replicas.of(seen, points)
@@ -204,7 +212,8 @@ def pruned(
         free = np.flatnonzero(coupling[weakest, others] > LEAST_COUPLING)
         alone, _ = relaxed(seen, residual, points[others], sweeps=SWEEPS_WITHOUT_A_POINT, free=free)
         least = -threshold * points.floor[weakest]
-        if _falls(seen, residual, alone, least):
+        is_alike = bool(np.any(coupling[weakest, others] > ALIKE))
+        if is_alike or _falls(seen, residual, alone, least):
             points, kept = points.replaced(others, alone), others
             residual = residual.after(seen, alone)
     return points[kept], residual

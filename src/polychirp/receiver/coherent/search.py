@@ -11,9 +11,11 @@ from functools import partial
 
 import numpy as np
 
+from polychirp.axes import BoolArray, FloatArray
 from polychirp.errors import ModelWarning
 from polychirp.receiver.coherent.acceleration import Accelerations
 from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
+from polychirp.receiver.coherent.crossing import uncrossed
 from polychirp.receiver.coherent.false_alarms import threshold_of
 from polychirp.receiver.coherent.growth import grown, without_growth
 from polychirp.receiver.coherent.new_points import (
@@ -101,13 +103,18 @@ def find_points(
         points, residual = strong(seen, residual, points, threshold)
         top = max(top, float(seen_map.power.max()), float(np.max(points.strength, initial=0.0)))
         found = peaks(seen_map, axes, threshold)
-        found = found[found.power * dynamic_range >= top]
+        is_possible = keeps_away(seen, found.range, found.range_rate)
+        found = found[is_possible & (found.power * dynamic_range >= top)]
         trial = partial(
             Trial.of, seen_map, accelerations=accelerations, threshold=threshold, is_tried=is_tried
         )
         fresh = new_points(trial(residual), found)
         if num_rough == 0 and (not len(fresh) or len(points) >= most):
-            break
+            before = residual
+            points, residual = uncrossed(seen, residual, points)
+            if residual is before or len(points) >= most:
+                break
+            continue
         if num_rough == 0:
             points, residual = all_added(trial, residual, points, found, fresh, most=most)
         elif len(fresh):
@@ -184,12 +191,23 @@ def with_floors(points: Points, seen_map: CoherentMap, axes: Grid) -> Points:
 def strong(
     seen: Observation, residual: Residual, points: Points, threshold: float
 ) -> tuple[Points, Residual]:
-    """The points above the threshold, and the residual to which the others are added again."""
-    is_weak = points.power < threshold
-    if not np.any(is_weak):
+    """The possible points above the threshold, and the residual with the others added again."""
+    is_kept = points.power >= threshold
+    is_kept &= keeps_away(seen, points.motion[:, 0], points.motion[:, 1])
+    if np.all(is_kept):
         return points, residual
-    points = points[~is_weak]
+    points = points[is_kept]
     return points, residual.after(seen, points)
+
+
+def keeps_away(seen: Observation, distance: FloatArray, rate: FloatArray) -> BoolArray:
+    """Mask of the points that do not run through the radar during the frame, ``(point,)``.
+
+    Parameters
+    ----------
+    distance, rate : m and m/s in the middle of the frame, ``(point,)``
+    """
+    return np.asarray(distance > 0.5 * seen.duration * np.abs(rate), dtype=np.bool_)
 
 
 def all_added(

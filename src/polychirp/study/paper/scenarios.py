@@ -48,7 +48,7 @@ from polychirp.study.paper.results import (
 from polychirp.study.provenance import versions
 from polychirp.study.section_v.cases import run_correlation
 from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of
-from polychirp.study.trial import VictimResult, echoes_at, receive_and_score, trace_frame
+from polychirp.study.trial import VictimResult, echoes_during, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import side_by_side
@@ -340,7 +340,9 @@ def _found_by_the_paper(
         detections,
         truth(scene.at(detections.time), victim, result.truth.name),
         powers=powers,
-        echoes=echoes_at(detections.time, scene, snapshots, victim=victim),
+        echoes=echoes_during(
+            result.frame.schedule, detections.time, scene, snapshots, victim=victim
+        ),
         gate=gate_for(PaperReceiver(), result.frame.schedule, result.frame.array),
     )
     return detections.num_detections, int(found.association.target.size)

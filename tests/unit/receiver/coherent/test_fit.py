@@ -344,6 +344,20 @@ def test_a_point_that_its_neighbour_replaces_is_pruned():
     assert left.motion[0, 0] == pytest.approx(true[0, 0], abs=0.005)
 
 
+def test_of_two_points_at_one_place_the_weaker_is_pruned_at_any_loss():
+    """Two whose great amplitudes nearly cancel fit the growth of one, and have no azimuth."""
+    seen = observed([replace(NEAR, power=100.0, spreading=40.0)], noise=1e-3)
+    true = in_the_middle(seen, [NEAR])
+    twice = points_at(seen, np.vstack([true, true + np.array([2e-3, 4e-3, 0.0])]), floor=1e-3)
+    twice = with_amplitudes(seen, twice)
+    residual = Residual.of(seen, twice)
+    one = Residual.of(seen, with_amplitudes(seen, twice[:1]))
+    assert one.energy > residual.energy + 25.0 * 1e-3
+    left, after = pruned(seen, residual, twice, threshold=25.0)
+    assert len(left) == 1
+    assert after.energy > residual.energy
+
+
 def test_pruning_keeps_two_points():
     seen = observed([NEAR, BESIDE], noise=0.01)
     points = points_at(seen, in_the_middle(seen, [NEAR, BESIDE]), floor=0.01)

@@ -60,3 +60,11 @@ def test_a_search_that_reaches_its_greatest_number_of_maps_says_what_it_left(mon
 def test_an_ordinary_search_ends_before_that_and_warns_of_nothing():
     frame = frame_of(drawn_chirps(32, seed=1), [HandPoint(range=9.0, power=100.0)], converter=FAST)
     assert CoherentReceiver(greatest_range=15.0).detect(frame).num_detections == 1
+
+
+def test_a_point_that_would_run_through_the_radar_is_none():
+    """In half of a frame of 50 ms, 17 m/s are 0.4 m."""
+    seen = SimpleNamespace(duration=0.05)
+    distance, rate = np.array([0.0, 0.3, 0.5, 0.5, 0.02]), np.array([17.0, -17.0, 17.0, -17.0, 0.0])
+    away = search.keeps_away(seen, distance, rate)
+    assert away.tolist() == [False, False, True, True, True]
