@@ -139,6 +139,13 @@ RECORDS: Final = (
     _table("statistics", 40),
     _table("receiver", 12),
     _table("streets", 30, program="street"),
+    _table("bodies", 4, program="body"),
+    Record(
+        name="bodies-figure",
+        command=("-m", "tools.figures.bodies", "docs/validation/bodies.json", "docs/images"),
+        starts=("tools/figures/bodies.py",),
+        minutes=0.1,
+    ),
     _figure("diversity-figure", "diversity", 0.1, "docs/validation/diversity.json"),
     _figure("ghosts-figure", "ghosts", 0.1, "docs/validation/ghosts.json"),
     _figure("receiver-figure", "receivers", 0.1, "docs/validation/receiver.json"),

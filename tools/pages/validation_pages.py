@@ -22,6 +22,8 @@ from typing import Final
 from polychirp.errors import InputError
 from tools.pages.benchmark_table import RECORD as BENCHMARK
 from tools.pages.benchmark_table import benchmark_tables
+from tools.pages.body_table import RECORD as BODIES
+from tools.pages.body_table import body_table
 from tools.pages.diversity_table import RECORD as DIVERSITY
 from tools.pages.diversity_table import diversity_table
 from tools.pages.ghost_table import RECORD as GHOSTS
@@ -189,6 +191,7 @@ _RECORDED: Final = (
     ("statistics", STATISTICS, statistics_table),
     ("ghosts", GHOSTS, ghost_table),
     ("roads", ROADS, road_table),
+    ("bodies", BODIES, body_table),
 )
 """Blocks of a page, their records, and the functions that make blocks from records."""
 
