@@ -38,7 +38,7 @@ LEAST_LOBE = 3.0
 """Power of a lobe beside a point, over its mean in noise, from which a second point is tried;
 chosen."""
 
-ALIKE = 0.95
+SAME_POINT = 0.95
 """Correlation of the signals of two points from which they are one; chosen: a fifth of a cell
 apart. Nearer ones have great amplitudes that nearly cancel each other, and with them wrong
 azimuths."""
@@ -146,7 +146,7 @@ def divided(
     )
     every, is_new = points, np.zeros(len(alone), dtype=np.bool_)
     both = Replicas.of(seen, tried)
-    is_apart = np.diagonal(correlations(seen, both[alone], both[second])) < ALIKE
+    is_apart = np.diagonal(correlations(seen, both[alone], both[second])) < SAME_POINT
     for n in np.flatnonzero(is_apart)[np.argsort(-points.strength[alone[is_apart]])]:
         near = np.flatnonzero(is_near[n])
         pair = points.replaced(near, tried[near]) + tried[second[[n]]]
@@ -212,7 +212,7 @@ def pruned(
         free = np.flatnonzero(coupling[weakest, others] > LEAST_COUPLING)
         alone, _ = relaxed(seen, residual, points[others], sweeps=SWEEPS_WITHOUT_A_POINT, free=free)
         least = -threshold * points.floor[weakest]
-        is_alike = bool(np.any(coupling[weakest, others] > ALIKE))
+        is_alike = bool(np.any(coupling[weakest, others] > SAME_POINT))
         if is_alike or _falls(seen, residual, alone, least):
             points, kept = points.replaced(others, alone), others
             residual = residual.after(seen, alone)

@@ -203,11 +203,13 @@ def strong(
 def keeps_away(seen: Observation, distance: FloatArray, rate: FloatArray) -> BoolArray:
     """Mask of the points that do not run through the radar during the frame, ``(point,)``.
 
+    Ghosts of radars that start earlier have negative ranges.
+
     Parameters
     ----------
     distance, rate : m and m/s in the middle of the frame, ``(point,)``
     """
-    return np.asarray(distance > 0.5 * seen.duration * np.abs(rate), dtype=np.bool_)
+    return np.asarray(np.abs(distance) > 0.5 * seen.duration * np.abs(rate), dtype=np.bool_)
 
 
 def all_added(

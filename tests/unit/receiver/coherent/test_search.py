@@ -65,6 +65,7 @@ def test_an_ordinary_search_ends_before_that_and_warns_of_nothing():
 def test_a_point_that_would_run_through_the_radar_is_none():
     """In half of a frame of 50 ms, 17 m/s are 0.4 m."""
     seen = SimpleNamespace(duration=0.05)
-    distance, rate = np.array([0.0, 0.3, 0.5, 0.5, 0.02]), np.array([17.0, -17.0, 17.0, -17.0, 0.0])
+    distance = np.array([0.0, 0.3, 0.5, 0.5, 0.02, -0.5, -0.3])
+    rate = np.array([17.0, -17.0, 17.0, -17.0, 0.0, 17.0, 17.0])
     away = search.keeps_away(seen, distance, rate)
-    assert away.tolist() == [False, False, True, True, True]
+    assert away.tolist() == [False, False, True, True, True, True, False]
