@@ -21,7 +21,7 @@ from polychirp.channel.tracers.composite import Composite
 from polychirp.model.mesh import Mesh
 from polychirp.traffic.fittings import Fittings
 from polychirp.traffic.furniture import Bollard, TrafficSign
-from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian
+from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian, RoadUser
 from polychirp.traffic.vehicle import vehicle_mesh
 from tools.figures.road_users import cross_sections as sections_of_parts
 
@@ -82,33 +82,44 @@ def bodies() -> Iterator[BodyRow]:
     truck = vehicle_mesh("articulated-truck")
     yield _of_mesh("articulated truck", "vehicles", truck, UNKNOWN, distance=TRUCK_DISTANCE)
     yield _row("TR 38.901, a car", "vehicles", DISTANCE, _of_the_standard(), STANDARD)
+    for name, (moments, source) in _road_users().items():
+        found = [sections_of_parts(one, _aspects(), distance=DISTANCE) for one in moments]
+        rcs = np.asarray(np.mean(found, axis=0), dtype=np.float64)
+        yield _row(name, "road users", DISTANCE, rcs, source)
+    bollard = Bollard(name="f", x=0.0, y=0.0).actor().mesh
+    yield _of_mesh("bollard", "street furniture", bollard, UNKNOWN)
+    sign = TrafficSign(name="f", x=0.0, y=0.0).actor().mesh
+    yield _of_mesh("traffic sign", "street furniture", sign, UNKNOWN)
+
+
+def _road_users() -> dict[str, tuple[list[RoadUser], str]]:
+    """Road users at `INSTANTS` of a cycle, and what is published about them."""
     phases = [number / INSTANTS for number in range(INSTANTS)]
-    place = {"name": "u", "x": 0.0, "y": 0.0}
-    users = {
-        "adult who walks": ([Pedestrian(**place, speed=1.4, phase=p) for p in phases], PEOPLE),
+    return {
+        "adult who walks": (
+            [Pedestrian(name="u", x=0.0, y=0.0, speed=1.4, phase=phase) for phase in phases],
+            PEOPLE,
+        ),
         "child who walks": (
-            [Pedestrian(**place, speed=1.2, height=1.15, phase=p) for p in phases],
+            [
+                Pedestrian(name="u", x=0.0, y=0.0, speed=1.2, height=1.15, phase=phase)
+                for phase in phases
+            ],
             CHILDREN,
         ),
-        "bicycle with rider": ([Bicycle(**place, speed=5.0, phase=p) for p in phases], BICYCLES),
+        "bicycle with rider": (
+            [Bicycle(name="u", x=0.0, y=0.0, speed=5.0, phase=phase) for phase in phases],
+            BICYCLES,
+        ),
         "motorcycle with rider": (
-            [Motorcycle(**place, speed=14.0, phase=p) for p in phases],
+            [Motorcycle(name="u", x=0.0, y=0.0, speed=14.0, phase=phase) for phase in phases],
             MOTORCYCLES,
         ),
     }
-    for name, (moments, source) in users.items():
-        found = [sections_of_parts(one, _aspects(), distance=DISTANCE) for one in moments]
-        yield _row(name, "road users", DISTANCE, np.mean(found, axis=0), source)
-    furniture = {
-        "bollard": Bollard(name="f", x=0.0, y=0.0),
-        "traffic sign": TrafficSign(name="f", x=0.0, y=0.0),
-    }
-    for name, body in furniture.items():
-        yield _of_mesh(name, "street furniture", body.actor().mesh, UNKNOWN)
 
 
 def _aspects() -> FloatArray:
-    return np.radians(np.arange(0.0, 360.0, STEP))
+    return np.asarray(np.radians(np.arange(0.0, 360.0, STEP)))
 
 
 def _of_mesh(

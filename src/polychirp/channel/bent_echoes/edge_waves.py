@@ -112,8 +112,7 @@ def edge_waves(
         np.zeros((NUM_EDGES, count, 2, 3)),
         np.ones(count),
     )
-    where = edge_table(edges), points, some
-    in_ranges(_fill_waves, len(some), *where, wavenumber, *out, least=500)
+    in_ranges(_fill_waves, len(some), edge_table(edges), points, some, wavenumber, out, least=500)
     return out
 
 
@@ -131,16 +130,14 @@ def _fill_waves(
     points: FloatArray,
     some: IntArray,
     wavenumber: float,
-    field: ComplexArray,
-    length: FloatArray,
-    direction: FloatArray,
-    bend: FloatArray,
-    is_clear: FloatArray,
+    out: EdgeWaves,
 ) -> None:
+    """Fill the columns of ``out`` at some of the points, from ``begin`` to ``end`` of them."""
+    field, length, direction, bend = out.field, out.length, out.direction, out.bend
     for i in some[begin:end]:
         point = row(points, i)
         waves = waves_at(table, point, wavenumber)
-        is_clear[i] = waves.is_clear
+        out.is_clear[i] = waves.is_clear
         for edge in range(NUM_EDGES):
             field[edge, i] = waves.field[edge]
             if field[edge, i] == 0.0:

@@ -56,6 +56,10 @@ LEAST_FALL = 10.0
 """Fall of the residual's power, in units of a point's floor, for which a crossed pair is taken;
 chosen: noise makes differences of a few."""
 
+LEAST_RATIO = 0.03
+"""Least ratio of the powers of a pair; chosen: both have about the mean of the amplitudes of the
+two points whose beats they take, and share them with others."""
+
 SWEEPS_OF_CROSSED = 12
 """Sweeps of the fit of a crossed pair with its neighbours; chosen, as for new points."""
 
@@ -200,13 +204,19 @@ def _captured(gram: ComplexArray, value: ComplexArray) -> float:
 
 
 def _folded_pairs(seen: Observation, points: Points, kinds: Kinds) -> IntArray:
-    """Pairs of strong points whose range rates are folded on each other, ``(pair, 2)``."""
+    """Pairs of alike points whose range rates are folded on each other, ``(pair, 2)``."""
     strong = np.sort(np.argsort(-points.strength)[:MOST_POINTS])
-    rate = points.motion[strong, 1]
+    rate, power = points.motion[strong, 1], _powers(points)[strong]
     apart = (rate[:, None] - rate) / kinds.fold
     near = np.abs(apart - np.rint(apart)) * kinds.fold < SAME_FOLD * seen.range_rate_cell
-    first, second = np.nonzero(np.triu(near & (np.rint(apart) != 0), 1))
+    alike = np.minimum.outer(power, power) > LEAST_RATIO * np.maximum.outer(power, power)
+    first, second = np.nonzero(np.triu(near & alike & (np.rint(apart) != 0), 1))
     return np.stack([strong[first], strong[second]], axis=-1)
+
+
+def _powers(points: Points) -> FloatArray:
+    """Powers of the points' signals, V², ``(point,)``."""
+    return np.asarray(np.sum(np.abs(points.amplitude) ** 2, axis=1))
 
 
 def _placed(points: Points, motion: FloatArray) -> Points:

@@ -63,6 +63,10 @@ MOST_ROUGH_MAPS = 2
 """Greatest number of maps of one channel that look for strong points first; chosen: further ones
 show few."""
 
+MOST_UNCROSSED = 2
+"""Greatest number of times that a search goes on after crossed points were put right; chosen:
+vehicles need one or two, and points of other radars may go on for long."""
+
 SWEEPS_OF_NEW_POINTS, LAST_SWEEPS = 12, 6
 """Greatest numbers of sweeps of fits; chosen: they end before where steps are not worth taking."""
 
@@ -94,7 +98,7 @@ def find_points(
     residual = samples
     accelerations = Accelerations.of(seen)
     is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
-    num_rough = MOST_ROUGH_MAPS
+    num_rough, num_uncrossed = MOST_ROUGH_MAPS, 0
     for number in range(1, MOST_MAPS + 1):
         seen, profiles = adapted(seen, residual, axes, is_rough=num_rough > 0)
         residual = residual.weighted(seen)
@@ -112,7 +116,8 @@ def find_points(
         if num_rough == 0 and (not len(fresh) or len(points) >= most):
             before = residual
             points, residual = uncrossed(seen, residual, points)
-            if residual is before or len(points) >= most:
+            num_uncrossed += 1
+            if residual is before or len(points) >= most or num_uncrossed > MOST_UNCROSSED:
                 break
             continue
         if num_rough == 0:
@@ -122,16 +127,8 @@ def find_points(
         num_rough = num_rough - 1 if num_rough and len(fresh) else 0
         if number == MOST_MAPS:
             _warn_of_peaks(trial(residual), found)
-    points, residual = settled(seen, residual, points, sweeps=LAST_SWEEPS)
-    least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
-    points, residual = divided(seen, residual, points, least)
-    points, residual = pruned(seen, residual, points, min(least, threshold))
-    bodies = Bodies.of(seen, points)
-    kept = standing_out(seen, with_residues(seen, points, bodies), threshold, dynamic_range)
-    if len(kept) < len(points):
-        kept, residual = settled(seen, residual.after(seen, kept), kept, sweeps=LAST_SWEEPS)
-        kept = standing_out(seen, kept, threshold, dynamic_range)
-    return kept, residual, seen
+    points, residual = finished(seen, residual, points, threshold, dynamic_range)
+    return points, residual, seen
 
 
 def _warn_of_peaks(trial: Trial, found: Peaks) -> None:
@@ -144,6 +141,22 @@ def _warn_of_peaks(trial: Trial, found: Peaks) -> None:
         ModelWarning,
         stacklevel=3,
     )
+
+
+def finished(
+    seen: Observation, residual: Residual, points: Points, threshold: float, dynamic_range: float
+) -> tuple[Points, Residual]:
+    """The points that are left at the end of a search, fitted once more, and what they leave."""
+    points, residual = settled(seen, residual, points, sweeps=LAST_SWEEPS)
+    least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=points.amplitude.shape[1])
+    points, residual = divided(seen, residual, points, least)
+    points, residual = pruned(seen, residual, points, min(least, threshold))
+    bodies = Bodies.of(seen, points)
+    kept = standing_out(seen, with_residues(seen, points, bodies), threshold, dynamic_range)
+    if len(kept) < len(points):
+        kept, residual = settled(seen, residual.after(seen, kept), kept, sweeps=LAST_SWEEPS)
+        kept = standing_out(seen, kept, threshold, dynamic_range)
+    return kept, residual
 
 
 def standing_out(
