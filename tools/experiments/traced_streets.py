@@ -29,7 +29,7 @@ from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import limit_cores
 
 NUM_STREETS: Final = 200
-"""Number of streets that are drawn; chosen: three quarters of an hour on two cores."""
+"""Number of streets that are drawn; chosen: fifty minutes on two cores."""
 
 FIRST_STREET: Final = 200
 """Number of the first one: the receiver was made on streets of lower numbers."""
