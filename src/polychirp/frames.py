@@ -62,6 +62,24 @@ def rotation(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> FloatArray:
     return np.asarray(about_z @ about_y @ about_x)
 
 
+def turned_at_rate(yaw_rate: float | FloatArray, vector: FloatArray) -> FloatArray:
+    r"""Rate of change of vectors ``(…, xyz)`` that turn to the left about z.
+
+    .. math:: \omega \times r, \qquad \omega = (0, 0, \dot\psi)
+
+    Parameters
+    ----------
+    yaw_rate : :math:`\dot\psi`, rad/s, of all vectors, or of each, ``(…,)``
+
+    >>> turned_at_rate(0.5, np.array([4.0, 0.0, 1.0])).tolist()
+    [0.0, 2.0, 0.0]
+    """
+    rate, vector = np.asarray(yaw_rate, dtype=np.float64), np.asarray(vector)
+    return np.stack(
+        [-rate * vector[..., 1], rate * vector[..., 0], np.zeros_like(vector[..., 2])], axis=-1
+    )
+
+
 def direction_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Azimuth and elevation, rad, of directions ``(…, xyz)`` in a radar's frame."""
     x, y, z = np.moveaxis(np.asarray(direction, dtype=np.float64), -1, 0)

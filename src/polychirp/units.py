@@ -61,6 +61,7 @@ _READERS: Final[Mapping[str, Mapping[str, Callable[[float], float]]]] = {
     "m": {**_prefixed("m", "m u µ k"), "cm": _scaled(1e-2)},
     "m/s": {"m/s": _scaled(1.0), "km/h": _scaled(1 / 3.6)},
     "rad": {"rad": _scaled(1.0), "deg": math.radians, "°": math.radians},
+    "rad/s": {"rad/s": _scaled(1.0), "deg/s": math.radians, "°/s": math.radians},
     "W": {**_prefixed("W", "n u µ m"), "dBm": lambda v: from_db(v - 30.0), "dBW": from_db},
     "dB": {"dB": from_db, "dBi": from_db},
     "m^2": {"m^2": _scaled(1.0), "m2": _scaled(1.0), "dBsm": from_db},
@@ -80,6 +81,7 @@ _EXAMPLE: Final = {
     "m": "0.5 m",
     "m/s": "50 km/h",
     "rad": "90 deg",
+    "rad/s": "20 deg/s",
     "W": "10 dBm",
     "dB": "4.5 dB",
     "m^2": "10 dBsm",
@@ -98,6 +100,7 @@ _PLAUSIBLE: Final[Mapping[str, tuple[str, str]]] = {
     "m": ("-1000 km", "1000 km"),
     "m/s": ("-300 m/s", "300 m/s"),
     "rad": ("-3600 deg", "3600 deg"),
+    "rad/s": ("-360 deg/s", "360 deg/s"),
     "W": ("0 W", "90 dBm"),
     "dB": ("-300 dB", "300 dB"),
     "m^2": ("0 m^2", "100 dBsm"),
@@ -258,6 +261,7 @@ Seconds = Annotated[float, Unit("s")]
 Metres = Annotated[float, Unit("m")]
 MetresPerSecond = Annotated[float, Unit("m/s")]
 Radians = Annotated[float, Unit("rad")]
+RadiansPerSecond = Annotated[float, Unit("rad/s")]
 Watts = Annotated[float, Unit("W")]
 Ratio = Annotated[float, Unit("dB")]
 """A linear power ratio; study files write it in dB."""

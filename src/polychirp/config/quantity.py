@@ -20,6 +20,7 @@ _SPELLINGS: Final[dict[str, dict[str, Callable[[float], float]]]] = {
     "m": {"mm": lambda v: v * 1e3, "um": lambda v: v * 1e6},
     "m/s": {"km/h": lambda v: v * 3.6},
     "rad": {"deg": math.degrees},
+    "rad/s": {"deg/s": math.degrees},
     "W": {"dBm": lambda v: _level(v) + 30.0},
     "dB": {"dB": _level},
     "m^2": {"dBsm": _level},

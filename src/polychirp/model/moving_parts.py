@@ -64,7 +64,7 @@ class MovingParts:
 
 
 class Movement(Protocol):
-    """Movement of a body's parts in the frame of its actor, which itself moves straight on."""
+    """Movement of a body's parts in the frame of its actor, which itself moves and may turn."""
 
     def parts_at(self, time: float) -> MovingParts:
         """Parts at a time of the scene, s: the same parts in the same order at all times."""

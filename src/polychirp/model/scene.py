@@ -1,5 +1,6 @@
 """`Scene`: bodies and radars at one time, with their velocities."""
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Literal, Self
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
-from polychirp.frames import Pose
+from polychirp.frames import Pose, turned_at_rate
 from polychirp.model.mesh import EMPTY_MESH, Mesh, Plate
 from polychirp.model.moving_parts import Movement
 from polychirp.model.radar import Radar
@@ -28,33 +29,71 @@ class Actor:
     """One body: what it consists of in its own frame, its pose and its velocity.
 
     It consists of ``mesh``, ``plates`` and ``points``, each of which may be empty, and of parts
-    that ``movement`` moves in its frame. ``velocity`` is in m/s, ``(x, y, z)`` in the world. The
-    frame of a body does not rotate within a radar's frame of ramps; moving parts may.
+    that ``movement`` moves in its frame. ``velocity`` is that of the frame's origin in m/s,
+    ``(x, y, z)`` in the world. The body turns to the left with ``yaw_rate``, rad/s, and its
+    velocity with it: the origin goes round a circle at constant speed.
 
     A `Scene` has a tuple of them.
+
+    Raises
+    ------
+    InputError
+        A body with plates turns.
+
+    Examples
+    --------
+    After a quarter of a turn to the left at 10 m/s and π/2 rad/s, a body has gone by the radius,
+    10/(π/2) m, along both axes:
+
+    >>> body = Actor(name="car", kind="vehicle", velocity=(10.0, 0.0, 0.0), yaw_rate=np.pi / 2)
+    >>> body.at(1.0).pose.position.round(3).tolist()
+    [6.366, 6.366, 0.0]
     """
 
     name: str
     kind: ActorKind
     pose: Pose = field(default_factory=Pose)
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    yaw_rate: float = 0.0
     mesh: Mesh = EMPTY_MESH
     plates: tuple[Plate, ...] = ()
     points: tuple[PointScatterer, ...] = ()
     movement: Movement | None = None
 
+    def __post_init__(self) -> None:
+        if self.yaw_rate and self.plates:
+            raise InputError(
+                f"'{self.name}' turns and has plates, which stay as they are; make it of faces, or "
+                "leave its yaw_rate at 0"
+            )
+
     def at(self, elapsed: float) -> Self:
         """The actor after it has moved along its velocity for ``elapsed`` seconds."""
         vx, vy, vz = self.velocity
+        if not self.yaw_rate:
+            way_x, way_y, velocity, turn = vx * elapsed, vy * elapsed, self.velocity, 0.0
+        else:
+            turn = self.yaw_rate * elapsed
+            sine, cosine = math.sin(turn), math.cos(turn)
+            # 1 − cos without cancellation
+            ahead, aside = sine / self.yaw_rate, 2.0 * math.sin(0.5 * turn) ** 2 / self.yaw_rate
+            way_x, way_y = ahead * vx - aside * vy, aside * vx + ahead * vy
+            velocity = (cosine * vx - sine * vy, sine * vx + cosine * vy, vz)
         return replace(
             self,
             pose=replace(
                 self.pose,
-                x=self.pose.x + vx * elapsed,
-                y=self.pose.y + vy * elapsed,
+                x=self.pose.x + way_x,
+                y=self.pose.y + way_y,
                 z=self.pose.z + vz * elapsed,
+                yaw=self.pose.yaw + turn,
             ),
+            velocity=velocity,
         )
+
+    def velocity_at(self, point: FloatArray) -> FloatArray:
+        """Velocity of the body's matter at places in the world, m/s and m ``(…, xyz)``."""
+        return self.velocity + turned_at_rate(self.yaw_rate, point - self.pose.position)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -103,7 +142,21 @@ class Scene:
     @property
     def radar_velocity(self) -> FloatArray:
         """Velocities of the radars in the world, m/s, ``(radar, xyz)``."""
-        return np.array([self.actors[c].velocity for c in self.carriers]).reshape(-1, 3)
+        speeds = [
+            self.actors[carrier].velocity_at(place)
+            for place, carrier in zip(self.radar_position, self.carriers, strict=True)
+        ]
+        return np.array(speeds).reshape(-1, 3)
+
+    @property
+    def radar_acceleration(self) -> FloatArray:
+        """Accelerations of the radars, whose vehicles may turn, m/s², ``(radar, xyz)``."""
+        return turned_at_rate(self.radar_yaw_rate, self.radar_velocity)
+
+    @property
+    def radar_yaw_rate(self) -> FloatArray:
+        """Yaw rates of the radars, rad/s, ``(radar,)``."""
+        return np.array([self.actors[c].yaw_rate for c in self.carriers], dtype=np.float64)
 
     @property
     def radar_rotation(self) -> FloatArray:

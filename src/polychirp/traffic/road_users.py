@@ -15,7 +15,7 @@ from polychirp.spec import Spec
 from polychirp.traffic.articulated_bodies.gait import GREATEST_RELATIVE_SPEED, STANDING, Gait
 from polychirp.traffic.articulated_bodies.person import leg_length, person
 from polychirp.traffic.articulated_bodies.two_wheelers import BicycleRide, MotorcycleRide
-from polychirp.units import Between, Metres, MetresPerSecond, Radians, Unit
+from polychirp.units import Between, Metres, MetresPerSecond, Radians, RadiansPerSecond, Unit
 
 GREATEST_CYCLING_SPEED: Final = 25.0
 """Greatest speed of a bicycle, m/s; chosen above that of races."""
@@ -60,18 +60,19 @@ def _lift(height: float, speed: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _StraightMover(Spec):
-    """A body that moves straight along ``heading``; at time 0 its middle is at (x, y)."""
+class _RoadUser(Spec):
+    """A body that moves along ``heading`` at time 0, with its middle at (x, y)."""
 
     name: str
     x: Metres
     y: Metres
     heading: Radians = 0.0
     speed: MetresPerSecond = 0.0
+    yaw_rate: RadiansPerSecond = 0.0
 
     @property
     def velocity(self) -> tuple[float, float, float]:
-        """Velocity in the world, m/s, ``(x, y, z)``; of a walker, its mean."""
+        """Velocity at time 0 in the world, m/s, ``(x, y, z)``; of a walker, its mean."""
         return self.speed * math.cos(self.heading), self.speed * math.sin(self.heading), 0.0
 
     @property
@@ -86,19 +87,21 @@ class _StraightMover(Spec):
             kind="object",
             pose=Pose(x=self.x, y=self.y, yaw=self.heading),
             velocity=self.velocity,
+            yaw_rate=self.yaw_rate,
             movement=self.movement,
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pedestrian(_StraightMover):
-    """A person who walks straight along ``heading``, or stands; the middle is at (x, y).
+class Pedestrian(_RoadUser):
+    """A person who walks along ``heading``, or stands; the middle is at (x, y) at time 0.
 
     Trunk, head and limbs are ellipsoids of skin that move as in the walking model of Boulic
     and the Thalmanns (`articulated_bodies.gait`), so that the echo has micro-Doppler lines.
 
     Parameters
     ----------
+    yaw_rate : rad/s to the left; at 0 the person walks straight on, else round a circle
     height : m; 1.75 m is an adult, 1.15 m a child of six years, with an adult's proportions
     phase : share of the cycle of two steps at time 0; at 0 the right heel strikes
 
@@ -128,14 +131,15 @@ class Pedestrian(_StraightMover):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bicycle(_StraightMover):
-    """A bicycle with its rider, who pedals straight along ``heading``; its middle is at (x, y).
+class Bicycle(_RoadUser):
+    """A bicycle with its rider, who pedals along ``heading``; its middle is at (x, y) at time 0.
 
     Frame, rims and spokes are metal; spokes turn with the wheels and flash when they are seen from
     across, so that the echo covers range rates from 0 to twice the speed.
 
     Parameters
     ----------
+    yaw_rate : rad/s to the left; the middle goes round a circle, and the bicycle stays upright
     num_spokes : of each wheel
     development : way for one turn of the cranks, m
     phase : share of a wheel's turn at time 0
@@ -170,11 +174,12 @@ class Bicycle(_StraightMover):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Motorcycle(_StraightMover):
-    """A motorcycle with its rider, who rides straight along ``heading``; the middle is at (x, y).
+class Motorcycle(_RoadUser):
+    """A motorcycle with its rider, who rides along ``heading``; its middle is at (x, y) at time 0.
 
     Parameters
     ----------
+    yaw_rate : rad/s to the left; the middle goes round a circle, and the motorcycle stays upright
     phase : share of a wheel's turn at time 0
 
     Examples

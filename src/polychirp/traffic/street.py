@@ -23,8 +23,16 @@ from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian, RoadUs
 from polychirp.traffic.roadside import WINDOW_SIZE, tree_mesh, upright
 from polychirp.traffic.semi_trailer import ARTICULATED_TRUCK
 from polychirp.traffic.shapes import Body
-from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
-from polychirp.units import Between, Metres, MetresPerSecond, Radians, SquareMetres, Unit
+from polychirp.traffic.vehicle import rear_axle_x, vehicle_mesh, vehicle_size
+from polychirp.units import (
+    Between,
+    Metres,
+    MetresPerSecond,
+    Radians,
+    RadiansPerSecond,
+    SquareMetres,
+    Unit,
+)
 
 GREATEST_FACET_EDGE: Final = 0.5
 """Greatest edge of facets on flats of built-in bodies, m: beyond it they lose their arches."""
@@ -51,10 +59,18 @@ Footprint = tuple[str, FloatArray]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vehicle(Spec):
-    """A vehicle that drives straight along ``heading``; its middle is at (x, y).
+    r"""A vehicle that drives along ``heading``, with its middle at (x, y) at time 0.
+
+    With a yaw rate :math:`\dot\psi` it goes round a circle. Its rear wheels do not slip, so that
+    its rear axle moves along the heading with the speed v, on a circle of the radius
+    :math:`v/\dot\psi`; the middle, which is b before the axle, also moves to the side with
+    :math:`\dot\psi b` (Rajamani, Vehicle Dynamics and Control, 2012, section 2.2).
 
     Parameters
     ----------
+    speed : of the rear axle along the heading, m/s; a vehicle from a file has its axle at its
+        origin
+    yaw_rate : rad/s to the left; 0 while the vehicle drives straight
     body : built-in body, used unless ``mesh`` is given
     mesh : path of a GLB or OBJ file with x forward and the origin on the ground below the middle
     materials : pairs (material name in the file, material here), not needed for
@@ -64,7 +80,7 @@ class Vehicle(Spec):
     max_edge : greatest edge of facets on flat parts, m
     coarseness : factor on edges on curved parts, see `vehicle_mesh`
     articulation : angle, rad, by which the semi-trailer of an "articulated-truck" is turned to the
-        left of the tractor, about its king pin; the vehicle keeps it while it drives straight
+        left of the tractor, about its king pin; the vehicle keeps it while it drives
     fittings : number plates, bumper beams, lamps, open rims and more on a built-in body; None: its
         smooth shell alone
 
@@ -72,6 +88,12 @@ class Vehicle(Spec):
     --------
     >>> Vehicle(name="car", x=10.0, y=0.0, heading=math.pi / 2, speed=5.0).velocity[1]
     5.0
+
+    The middle of a sedan is 1.34 m before its rear axle:
+
+    >>> turning = Vehicle(name="car", x=10.0, y=0.0, speed=5.0, yaw_rate=0.5)
+    >>> [round(v, 2) for v in turning.velocity]
+    [5.0, 0.67, 0.0]
     """
 
     name: str
@@ -84,6 +106,7 @@ class Vehicle(Spec):
     y: Metres
     heading: Radians = 0.0
     speed: MetresPerSecond = 0.0
+    yaw_rate: RadiansPerSecond = 0.0
     max_edge: FacetEdge = 0.05
     coarseness: Coarseness = 1.0
     articulation: Articulation = 0.0
@@ -117,9 +140,10 @@ class Vehicle(Spec):
 
     @property
     def velocity(self) -> tuple[float, float, float]:
-        """Velocity in the world, m/s, ``(x, y, z)``."""
+        """Velocity of the vehicle's middle at time 0 in the world, m/s, ``(x, y, z)``."""
         along, across = math.cos(self.heading), math.sin(self.heading)
-        return self.speed * along, self.speed * across, 0.0
+        aside = 0.0 if self.mesh is not None else -self.yaw_rate * rear_axle_x(self.body)
+        return self.speed * along - aside * across, self.speed * across + aside * along, 0.0
 
     def surface(self) -> Mesh:
         """The vehicle's mesh in its own frame."""
@@ -140,6 +164,7 @@ class Vehicle(Spec):
             kind="vehicle",
             pose=self.pose,
             velocity=self.velocity,
+            yaw_rate=self.yaw_rate,
             mesh=self.surface(),
         )
 

@@ -29,7 +29,13 @@ from polychirp.traffic.fittings import (
     x_at,
 )
 from polychirp.traffic.outline import End, Outline
-from polychirp.traffic.semi_trailer import ARTICULATED_TRUCK, TRACTOR, TRUCK_SIZE, coupled
+from polychirp.traffic.semi_trailer import (
+    ARTICULATED_TRUCK,
+    TRACTOR,
+    TRACTOR_X,
+    TRUCK_SIZE,
+    coupled,
+)
 from polychirp.traffic.shapes import SHAPES, Body, Shape, Tier
 from polychirp.traffic.shell import Arch, Cabin, Cover, Shell, flank
 from polychirp.traffic.surface import Fineness, SurfaceBuilder, mirrored
@@ -263,6 +269,17 @@ def vehicle_size(body: Body) -> tuple[float, float]:
     if body == ARTICULATED_TRUCK:
         return TRUCK_SIZE[:2]
     return SHAPES[body].length, SHAPES[body].width
+
+
+def rear_axle_x(body: Body) -> float:
+    """X of a body's rear axle in the vehicle's frame, m; of an articulated truck, its tractor's.
+
+    >>> rear_axle_x("sedan")
+    -1.34
+    """
+    if body == ARTICULATED_TRUCK:
+        return TRACTOR_X + TRACTOR.wheels.rear
+    return SHAPES[body].wheels.rear
 
 
 def _outline(shape: Shape, front: End, rear: End, margin: float = 0.0) -> Outline:

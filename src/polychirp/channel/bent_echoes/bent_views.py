@@ -39,10 +39,11 @@ from polychirp.channel.physical_optics.kernels import (
     LitFacets,
 )
 from polychirp.channel.physical_optics.view_losses import Losses, identities
-from polychirp.channel.physical_optics.views import Unfolded, View
+from polychirp.channel.physical_optics.views import Unfolded, View, radars_of
 from polychirp.channel.scene.occlusion import blocked
 from polychirp.channel.scene.transmission import transmission_matrices
 from polychirp.channel.scene.world import Surface, World, bodies_near, plates_near
+from polychirp.frames import turned_at_rate
 
 WEAKEST_EDGE: Final = 0.02
 """Least amplitude of an edge's wave, over that without the vehicle, for which the edge is followed:
@@ -111,10 +112,25 @@ class BentView(View):
 
     @cached_property
     def image_velocity(self) -> FloatArray:
-        """Velocity of the image that the middle of the body sees, m/s ``(xyz,)``."""
+        """Velocity that takes the place of the image's, for the middle of the body, m/s ``(xyz,)``.
+
+        A turning body is as fast at the image as `physical_optics.cell_paths` takes it to be at the
+        radar, if this velocity is corrected for the way between them.
+        """
+        seen, yaw_rate = self._from_middle, self.world.yaw_rate[self.body]
+        return np.asarray(seen.velocity[0] + turned_at_rate(yaw_rate, self.source - seen.image[0]))
+
+    @cached_property
+    def image_acceleration(self) -> FloatArray:
+        """Acceleration of the image that the middle of the body sees, m/s² ``(xyz,)``."""
+        return np.asarray(self._from_middle.acceleration[0])
+
+    @cached_property
+    def _from_middle(self) -> Unfolded:
+        """Image that the middle of the body sees."""
         way = self.world.centre[self.body] - self.source
         found = edge_waves(self.edges, way[None], self.world.wavenumber)
-        return np.asarray(self.unfolded(found.direction[self.edge]).velocity[0])
+        return self.unfolded(found.direction[self.edge])
 
     def unfolded(self, direction: FloatArray) -> Unfolded:
         r"""Images of the radar for waves that arrive along ``direction`` ``(path, xyz)``.
@@ -126,7 +142,7 @@ class BentView(View):
         .. math:: \dot L = u_1\cdot(v_B - v_S) + u_2\cdot(v_C - v_B)
 
         with the directions u₁ and u₂ before and behind the blocker, and the velocities of radar
-        (S), blocker (B) and body (C).
+        (S), blocker (B, at its edge) and body (C). Accelerations follow the same law.
         """
         e = self.edge
         onwards, outwards = self.edges.onwards[e], self.edges.outwards[e]
@@ -147,16 +163,23 @@ class BentView(View):
         leaving = (corner[0] / start) @ np.stack([onwards, outwards])
         departure = cosine[:, None] * leaving + sine[:, None] * along
         world = self.world
-        own = np.asarray(world.scene.radar_velocity[self.radar])
-        moving = world.velocity[self.blocker]
-        rate = departure @ (moving - own)
+        own, swerve = (
+            column[self.radar]
+            for column in (radars_of(world).velocity, radars_of(world).acceleration)
+        )
+        moving = world.velocity_at(self.blocker, place)
+        moved = world.acceleration_at(self.blocker, place)
+        # the blocker's matter has the same velocity along the ray at the radar as at the edge
+        rate = departure @ (world.velocity_at(self.blocker, self.source) - own)
         # the departure turns with the edge across it, and with the body along it
-        side = np.sum((world.velocity[self.body] - own) * along) / self.least_length
-        drift = (moving - own) - along * np.sum((moving - own) * along)
+        side = np.sum((world.velocity_at(self.body, world.centre[self.body]) - own) * along)
+        side /= self.least_length
+        drift = (moving - own) - along * np.sum((moving - own) * along, axis=-1, keepdims=True)
         turn = turning(departure, np.full(len(departure), start), drift + side * start * along)
         return Unfolded(
             image=place - (across / cosine)[:, None] * direction,
             velocity=moving - rate[:, None] * direction,
+            acceleration=moved - np.sum(departure * (moved - swerve), axis=-1)[:, None] * direction,
             departure=departure,
             departure_rate=turn,
             bend=place,

@@ -49,8 +49,9 @@ class LinkFrame(NamedTuple):
     """A transmitter at the origin and a receiver ``length`` m away along the first axis.
 
     ``farthest`` m is the excess up to which edges are sought; ``wavenumber`` rad/m. ``from_sender``
-    and ``from_receiver`` m/s ``(actor, xyz)`` are the velocities of the actors in the way, relative
-    to the transmitter and to the receiver.
+    and ``from_receiver`` m/s ``(actor, xyz)`` are the velocities of the actors in the way, as if
+    they reached to the transmitter and to the receiver, and relative to these; see
+    `World.velocity_at`.
     """
 
     length: float

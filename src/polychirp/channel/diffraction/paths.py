@@ -74,6 +74,7 @@ from polychirp.channel.geometry.retarded_delay import range_acceleration
 from polychirp.channel.scene.transmission import transmission_matrices
 from polychirp.channel.scene.world import RADAR_CLEARANCE, ROLES, World
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.frames import turned_at_rate
 from polychirp.model.paths import Bounce, PropagationPaths
 
 MAX_ZONES_CLEAR: Final = 100.0
@@ -215,13 +216,16 @@ def _edge_paths(world: World, link: _Link, bodies: IntArray, plates: IntArray) -
     rotation = rotation_to(way / length)
     owners = np.concatenate([world.body[bodies], np.repeat(world.plates.actor[plates], 2)])
     actors, slots = np.unique(owners, return_inverse=True)
-    moving = np.array([world.scene.actors[actor].velocity for actor in actors])
+    moving = [
+        np.array([world.scene.actors[actor].velocity_at(place[end]) for actor in actors])
+        for end in (link.first, link.second)
+    ]
     frame = LinkFrame(
         length=length,
         farthest=_max_excess(world, link.is_clear),
         wavenumber=world.wavenumber,
-        from_sender=np.ascontiguousarray((moving - speed[link.first]) @ rotation.T),
-        from_receiver=np.ascontiguousarray((moving - speed[link.second]) @ rotation.T),
+        from_sender=np.ascontiguousarray((moving[0] - speed[link.first]) @ rotation.T),
+        from_receiver=np.ascontiguousarray((moving[1] - speed[link.second]) @ rotation.T),
     )
     obstacles = obstacles_of(world, rotation, place[link.first], bodies, plates)
     waves = edge_waves(obstacles, slots.astype(np.int64), link.is_clear, frame)
@@ -291,6 +295,7 @@ def _from_moments(
     point = spreads[:, PLACE : PLACE + 3] / weight[:, None]
     out = _or_towards(means[:, OUTWARD : OUTWARD + 3], point)
     back = _or_towards(means[:, RETURN : RETURN + 3], point - end)
+    legs = point @ rotation, (point - end) @ rotation
     velocity = frame.from_sender[slot], frame.from_receiver[slot]
     rate = np.sum(out * velocity[0] + back * velocity[1], axis=-1)
     mean_rate = np.sum(
@@ -307,8 +312,9 @@ def _from_moments(
         field=field * np.exp(1j * world.wavenumber * excess),
         excess=excess,
         rate=rate,
-        acceleration=range_acceleration(point, velocity[0])
-        + range_acceleration(point - end, velocity[1]),
+        acceleration=_acceleration(
+            world, link, actors[slot], legs, (out @ rotation, back @ rotation)
+        ),
         coherence_time=np.where(spread > 1e-5, coherence, np.inf),
         drift=-1j * world.wavenumber * (mean_rate - rate),
         out=out @ rotation,
@@ -316,6 +322,32 @@ def _from_moments(
         point=point @ rotation + world.scene.radar_position[link.first],
         actor=actors[slot],
     )
+
+
+def _acceleration(
+    world: World,
+    link: _Link,
+    actor: IntArray,
+    legs: tuple[FloatArray, FloatArray],
+    ways: tuple[FloatArray, FloatArray],
+) -> FloatArray:
+    """Second derivatives of the lengths of paths over edges, m/s² ``(path,)``.
+
+    ``legs`` m ``(path, xyz)`` go from both radars to the edges of the actors with these numbers,
+    and ``ways`` are their mean directions, all in the world.
+    """
+    scene = world.scene
+    total = np.zeros(len(actor))
+    speed = np.array([one.velocity for one in scene.actors])[actor]
+    place = np.array([one.pose.position for one in scene.actors])[actor]
+    yaw_rate = np.array([one.yaw_rate for one in scene.actors])[actor]
+    for radar, leg, way in zip((link.first, link.second), legs, ways, strict=True):
+        point = scene.radar_position[radar] + leg
+        moving = speed + turned_at_rate(yaw_rate, point - place)
+        total += range_acceleration(leg, moving - scene.radar_velocity[radar])
+        swerve = turned_at_rate(yaw_rate, moving) - scene.radar_acceleration[radar]
+        total += np.sum(way * swerve, axis=-1)
+    return total
 
 
 def _or_towards(mean: FloatArray, way: FloatArray) -> FloatArray:

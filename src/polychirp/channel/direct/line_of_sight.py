@@ -55,6 +55,9 @@ def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> Propaga
     )
     amplitude = 1.0 / (4 * np.pi * frequency * delay)  # λ/4πd with d = cτ
     length, velocity = SPEED_OF_LIGHT * delay, speed[pair[:, 1]] - speed[pair[:, 0]]
+    bend = range_acceleration(length[:, None] * flight, velocity)
+    swerve = scene.radar_acceleration
+    bend += np.sum(flight * (swerve[pair[:, 1]] - swerve[pair[:, 0]]), axis=-1)
     turn = turning(flight, length, velocity)
     return path_table(
         scene=scene,
@@ -65,7 +68,7 @@ def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> Propaga
         transfer=amplitude[:, None, None] * straight_path_polarisation(flight, -flight),
         departure=flight,
         arrival=-flight,
-        delay_acceleration=range_acceleration(length[:, None] * flight, velocity) / SPEED_OF_LIGHT,
+        delay_acceleration=bend / SPEED_OF_LIGHT,
         transfer_drift=-delay_rate / delay,
         departure_rate=turn,
         arrival_rate=-turn,

@@ -10,6 +10,7 @@ from polychirp.channel.geometry.retarded_delay import (
     turning,
 )
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.frames import turned_at_rate
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
 
@@ -68,13 +69,13 @@ def echoes_over(
     point : position in the world at the time of the scene, m ``(path, xyz)``
     scattering : S, m, ``(path, 2, 2)``; |S|² is the cross section, m², between two polarisations
     kind : kind of bounce at the points
-    velocity, acceleration : of points that move otherwise, in the world, m/s and m/s²
-        ``(path, xyz)``; the delay is that of a uniform motion, and the acceleration adds to its
-        second derivative
+    velocity, acceleration : of points that move otherwise, both in the world, m/s and m/s²
+        ``(path, xyz)``; the delay is that of a uniform motion, and accelerations, those of the
+        radars too, add to its second derivative
     """
-    if velocity is None:
-        velocity = np.array([one.velocity for one in scene.actors])[actor]
-    place, speed = scene.radar_position, scene.radar_velocity
+    if velocity is None or acceleration is None:
+        velocity, acceleration = _carried(scene, actor, point)
+    place, speed, swerve = scene.radar_position, scene.radar_velocity, scene.radar_acceleration
     back, back_rate, back_flight = retarded_leg(
         source=point,
         source_velocity=velocity,
@@ -93,8 +94,8 @@ def echoes_over(
     away, nearer = velocity - speed[pair[:, 0]], speed[pair[:, 1]] - velocity
     bend = range_acceleration(legs[0] * out_flight, away)
     bend += range_acceleration(legs[1] * back_flight, nearer)
-    if acceleration is not None:
-        bend += np.sum(acceleration * (out_flight - back_flight), axis=-1)
+    bend += np.sum(out_flight * (acceleration - swerve[pair[:, 0]]), axis=-1)
+    bend += np.sum(back_flight * (swerve[pair[:, 1]] - acceleration), axis=-1)
     spread = (4 * np.pi) ** 1.5 * out * back * SPEED_OF_LIGHT * frequency
     return path_table(
         scene=scene,
@@ -111,3 +112,12 @@ def echoes_over(
         departure_rate=turning(out_flight, legs[0][:, 0], away),
         arrival_rate=-turning(back_flight, legs[1][:, 0], nearer),
     )
+
+
+def _carried(scene: Scene, actor: IntArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Velocities and accelerations of points that actors carry, m/s and m/s² ``(path, xyz)``."""
+    place = np.array([one.pose.position for one in scene.actors])[actor]
+    yaw_rate = np.array([one.yaw_rate for one in scene.actors])[actor]
+    velocity = np.array([one.velocity for one in scene.actors])[actor]
+    velocity = velocity + turned_at_rate(yaw_rate, point - place)
+    return velocity, turned_at_rate(yaw_rate, velocity)

@@ -18,6 +18,7 @@ from polychirp.channel.physical_optics.term_sums import (
 from polychirp.channel.physical_optics.views import Unfolded, View
 from polychirp.channel.scene.world import World
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.frames import turned_at_rate
 from polychirp.model.paths import Bounce, PropagationPaths
 
 
@@ -26,15 +27,17 @@ class PathEnds(NamedTuple):
 
     ``radar`` is its number. ``plate`` is the number of the plate that mirrors it; None if the paths
     have no mirror at this end. ``image`` is the position of the radar's mirror image, or of the
-    radar itself without a plate, m. ``velocity`` is the body's relative to ``image``, m/s;
-    ``towards`` is the unit vector from ``image`` to the body's centre. ``views`` are the views of
-    all combinations, and ``view`` ``(path,)`` is the number of every path's.
+    radar itself without a plate, m, and ``acceleration`` its, m/s². ``velocity`` is the body's
+    relative to ``image``, m/s, in a frame that turns with the body about ``image``; ``towards`` is
+    the unit vector from ``image`` to the body's centre. ``views`` are the views of all
+    combinations, and ``view`` ``(path,)`` is the number of every path's.
     """
 
     radar: IntArray
     plate: IntArray | None
     image: FloatArray
     velocity: FloatArray
+    acceleration: FloatArray
     towards: FloatArray
     views: list[View]
     view: IntArray
@@ -46,6 +49,7 @@ class PathEnds(NamedTuple):
             None if self.plate is None else self.plate[number],
             self.image[number],
             self.velocity[number],
+            self.acceleration[number],
             self.towards[number],
             self.views,
             self.view[number],
@@ -62,6 +66,7 @@ def path_ends(views: list[View], world: World, body: int) -> PathEnds:
         plate=np.array(plates, dtype=np.int64) if plates else None,
         image=image,
         velocity=velocity_in_views(views, world, body),
+        acceleration=np.array([view.image_acceleration for view in views]).reshape(-1, 3),
         towards=way / np.linalg.norm(way, axis=-1, keepdims=True),
         views=views,
         view=np.arange(len(views)),
@@ -69,9 +74,15 @@ def path_ends(views: list[View], world: World, body: int) -> PathEnds:
 
 
 def velocity_in_views(views: list[View], world: World, body: int) -> FloatArray:
-    """Velocity of a body relative to the views' images, m/s in the world, ``(view, xyz)``."""
+    """Velocity of a body relative to the views' images, m/s in the world, ``(view, xyz)``.
+
+    It is that of the body's matter as if this reached to the image. Along each ray from there it
+    has the same component as the matter that the ray meets, for turning bodies too (see
+    `World.velocity_at`), so that one vector gives the rates of all facets.
+    """
+    image = np.array([view.image for view in views]).reshape(-1, 3)
     image_velocity = np.array([view.image_velocity for view in views]).reshape(-1, 3)
-    return np.asarray(world.velocity[body] - image_velocity)
+    return np.asarray(world.velocity_at(body, image) - image_velocity)
 
 
 def cell_paths(
@@ -108,8 +119,11 @@ def cell_paths(
     rate = _dot(ways[0], ends[0].velocity) + _dot(ways[1], ends[1].velocity)
     point = _ellipse_point(ends[0].image, ends[1].image, ways[0], length)
     legs = [point - end.image for end in ends]
-    acceleration = range_acceleration(legs[0], ends[0].velocity)
-    acceleration = acceleration + range_acceleration(legs[1], ends[1].velocity)
+    ends = [_at_point(end, leg, world, body) for end, leg in zip(ends, legs, strict=True)]
+    acceleration = np.zeros(len(number))
+    for end, way, leg in zip(ends, ways, legs, strict=True):
+        acceleration += range_acceleration(leg, end.velocity)
+        acceleration += _dot(way, world.acceleration_at(body, point) - end.acceleration)
     lengths = [np.linalg.norm(leg, axis=-1) for leg in legs]
     for end, way, far in zip(ends, ways, lengths, strict=True):
         drift -= _dot(way, end.velocity) / far
@@ -160,7 +174,16 @@ def _at_edges(end: PathEnds, bend: Unfolded | None, world: World, body: int) -> 
     """The ends of paths with the images that the body sees over edges, if they bend."""
     if bend is None:
         return end
-    return end._replace(image=bend.image, velocity=world.velocity[body] - bend.velocity)
+    return end._replace(
+        image=bend.image,
+        velocity=world.velocity_at(body, bend.image) - bend.velocity,
+        acceleration=bend.acceleration,
+    )
+
+
+def _at_point(end: PathEnds, leg: FloatArray, world: World, body: int) -> PathEnds:
+    """The ends of paths with the velocities of the body's matter at the ends of ``leg``, m."""
+    return end._replace(velocity=end.velocity + turned_at_rate(world.yaw_rate[body], leg))
 
 
 def _at_radar(

@@ -16,31 +16,36 @@ from polychirp.channel.scene.world import World, bodies_near, plates_near
 from polychirp.jit import inlined
 
 
-class _Radars(NamedTuple):
-    """Positions, velocities and rotations of a scene's radars, arrays ``(radar, …)``."""
+class Radars(NamedTuple):
+    """Positions, velocities, accelerations and rotations of radars, arrays ``(radar, …)``."""
 
     position: FloatArray
     velocity: FloatArray
+    acceleration: FloatArray
     rotation: FloatArray
 
 
 @lru_cache(maxsize=2)
-def _radars_of(world: World) -> _Radars:
+def radars_of(world: World) -> Radars:
     """Radars of a world; cached because a scene computes these arrays at every access."""
     scene = world.scene
-    return _Radars(scene.radar_position, scene.radar_velocity, scene.radar_rotation)
+    return Radars(
+        scene.radar_position, scene.radar_velocity, scene.radar_acceleration, scene.radar_rotation
+    )
 
 
 class Unfolded(NamedTuple):
     """Images of a radar that paths with bends seem to come from, ``(path, xyz)``.
 
-    ``image`` m and its ``velocity`` m/s: the path is as long as the straight line from there, now
-    and a little later. ``departure`` is the unit vector at the radar, and ``departure_rate`` 1/s
-    its rate; ``bend`` m is the last bend of the path, in the world like all of them.
+    ``image`` m, its ``velocity`` m/s and ``acceleration`` m/s²: the path is as long as the straight
+    line from there, now and a little later. ``departure`` is the unit vector at the radar, and
+    ``departure_rate`` 1/s its rate; ``bend`` m is the last bend of the path, in the world like all
+    of them.
     """
 
     image: FloatArray
     velocity: FloatArray
+    acceleration: FloatArray
     departure: FloatArray
     departure_rate: FloatArray
     bend: FloatArray
@@ -58,7 +63,7 @@ class View:
     @cached_property
     def source(self) -> FloatArray:
         """Position of the radar in the world, m ``(xyz,)``."""
-        return np.asarray(_radars_of(self.world).position[self.radar])
+        return np.asarray(radars_of(self.world).position[self.radar])
 
     @cached_property
     def image(self) -> FloatArray:
@@ -68,13 +73,22 @@ class View:
     @cached_property
     def image_velocity(self) -> FloatArray:
         """Velocity of the image in the world, m/s ``(xyz,)``, for a moving plate too."""
-        own = _radars_of(self.world).velocity[self.radar]
+        own = radars_of(self.world).velocity[self.radar]
         if self.plate is None:
             return np.asarray(own)
         plates = self.world.plates
         normal = plates.normal[self.plate]
         carried = np.array(self.world.scene.actors[plates.actor[self.plate]].velocity)
         return np.asarray(own - 2 * normal * (normal @ (own - carried)))
+
+    @cached_property
+    def image_acceleration(self) -> FloatArray:
+        """Acceleration of the image in the world, m/s² ``(xyz,)``; plates have none."""
+        own = radars_of(self.world).acceleration[self.radar]
+        if self.plate is None:
+            return np.asarray(own)
+        normal = self.world.plates.normal[self.plate]
+        return np.asarray(own - 2 * normal * (normal @ own))
 
     def unfolded(self, direction: FloatArray) -> Unfolded | None:  # noqa: ARG002
         """Images for paths that arrive along ``direction``; None if all of them are ``image``."""
@@ -104,7 +118,7 @@ class View:
         centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
         if self.plate is not None:
             centre = self._mirror(centre)
-        way = (centre - self.source) @ _radars_of(self.world).rotation[self.radar]
+        way = (centre - self.source) @ radars_of(self.world).rotation[self.radar]
         length = float(np.linalg.norm(way))
         if length <= radius or way[0] / length >= np.sqrt(1 - (radius / length) ** 2):
             return pattern.peak_gain  # the sphere holds the radar or its boresight

@@ -41,6 +41,7 @@ from polychirp.channel.ray_tubes.intersections import (
     fade,
     is_near_leaves,
     meet,
+    velocity_there,
 )
 from polychirp.channel.ray_tubes.radiation import HIT, Hits, put, record
 from polychirp.channel.scene.blockers import Blockers
@@ -77,12 +78,14 @@ NO_EDGE: Final = (0.0, 0.0, 0.0)
 class PlacedPart(NamedTuple):
     """A flat part in the world.
 
-    ``velocity`` m/s ``(xyz,)`` is that of its body; ``roughness`` its rms height, m; ``body`` and
-    ``number``, among the body's parts, say which it is.
+    ``velocity`` m/s ``(xyz,)`` is that of its body's matter as if at the world's origin, and
+    ``yaw_rate`` its body's, rad/s; ``roughness`` is its rms height, m; ``body`` and ``number``,
+    among the body's parts, say which it is.
     """
 
     shape: FlatPart
     velocity: FloatArray
+    yaw_rate: float
     roughness: float
     body: int
     number: int
@@ -189,6 +192,12 @@ def _leaves_on(around: Surroundings, start: Vector, leg: tuple[Vector, float]) -
     return fade(around.space, around.faces, around.media, start, leg[0], leg[1])
 
 
+@inlined
+def _velocity_on(part: PlacedPart, point: Vector) -> Vector:
+    """Velocity of a part's matter at a point, m/s."""
+    return velocity_there(vector(part.velocity), part.yaw_rate, point)
+
+
 @inner
 def _lit_at(
     at: Vector,
@@ -222,7 +231,7 @@ def _lit_at(
     if not _is_clear(around.space, found.nearest, onward, MIN_LEG, notes):
         return False
     leaves = _leaves_on(around, origin, there) * _leaves_on(around, found.nearest, onward)
-    own, other = vector(first.velocity), vector(last.velocity)
+    own, other = _velocity_on(first, found.specular), _velocity_on(last, at)
     way, distance = _leg(origin, found.specular)
     ray = ray_along(origin, vector(source.velocity), way, (NO_EDGE, NO_EDGE))
     met = Contact(found.specular, distance, normal, first.shape.medium, own, NO_PART)
@@ -240,7 +249,7 @@ def _lit_at(
     put(hit["departure"], there[0])
     put(hit["first_point"], found.nearest)
     hit["length"] = length + detour
-    p, q = there[0], onward[0]
+    p, q, own = there[0], onward[0], _velocity_on(first, found.nearest)
     rate = -dot(p, vector(source.velocity)) + dot(own, p) - dot(own, q) + dot(other, q)
     hit["rate"] = rate - dot(other, d)
     hit["body"], hit["first_body"], hit["tube"] = last.body, first.body, -1

@@ -85,7 +85,8 @@ BODY: Final = np.dtype(
         ("rotation", np.float64, (3, 3)),  # takes a vector of the world to the body's frame
         ("shift", np.float64, 3),  # m, added to a point after the rotation
         ("centre", np.float64, 3),  # of the sphere around the body, m, in the world
-        ("velocity", np.float64, 3),  # m/s
+        ("velocity", np.float64, 3),  # m/s, of the body's matter as if at the world's origin
+        ("yaw_rate", np.float64),  # rad/s
         ("radius", np.float64),  # of the sphere around the body, m
         ("first_row", np.int64),  # where the body begins in `Space.bundle`
         ("first_triangle", np.int64),  # where the body begins in `Space.triangle`
@@ -191,7 +192,8 @@ def _body_table(world: World, faces: Blockers, begin: IntArray) -> NDArray[np.vo
         "rotation": faces.pose[:, :9].reshape(-1, 3, 3),
         "shift": faces.pose[:, 9:],
         "centre": world.centre,
-        "velocity": world.velocity,
+        "velocity": world.velocity_at(np.arange(len(world.body)), np.zeros(3)),
+        "yaw_rate": world.yaw_rate,
         "radius": world.radius,
         "first_row": begin[:, 0],
         "first_triangle": begin[:, 1],
@@ -346,6 +348,13 @@ def _unscaled_normal(space: Space, triangle: int) -> Vector:
     return cross(vector_at(space.triangle, triangle, 3), vector_at(space.triangle, triangle, 6))
 
 
+@inlined
+def velocity_there(at_origin: Vector, yaw_rate: float, point: Vector) -> Vector:
+    """Velocity, m/s, of a turning body's matter at a point, m, given that at the world's origin."""
+    x, y, z = at_origin
+    return (x - yaw_rate * point[1], y + yaw_rate * point[0], z)
+
+
 @inner
 def contact(space: Space, point: Vector, met: Intersection) -> Contact:
     """The surface at the intersection ``met``, which is at ``point``."""
@@ -367,7 +376,8 @@ def contact(space: Space, point: Vector, met: Intersection) -> Contact:
         (r[0, 2] * n[0] + r[1, 2] * n[1] + r[2, 2] * n[2]) / size,
     )
     medium = int(space.triangle[met.triangle, TRIANGLE_MEDIUM])
-    speed, part = vector(space.body[number]["velocity"]), int(space.part[met.triangle])
+    body, part = space.body[number], int(space.part[met.triangle])
+    speed = velocity_there(vector(body["velocity"]), body["yaw_rate"], point)
     return Contact(point, met.distance, normal, medium, speed, part)
 
 

@@ -240,7 +240,12 @@ class _Surroundings:
         world = self.world
         return tuple(
             PlacedPart(
-                part, world.velocity[body], float(world.media.roughness[part.medium]), body, number
+                part,
+                world.velocity_at(body, np.zeros(3)),
+                float(world.yaw_rate[body]),
+                float(world.media.roughness[part.medium]),
+                body,
+                number,
             )
             for body, parts in enumerate(parts_in_world(world))
             if self.space.body[body]["scatters"]
@@ -545,7 +550,7 @@ def _to_receiver(
         transfer=np.swapaxes(legs, 1, 2) @ out.transfer[kept].reshape(-1, 2, 2),
         length=there["length"] + out.distance[kept],
         rate=there["rate"]
-        + np.sum(world.velocity[there["body"]] * turn, axis=1)
+        + np.sum(world.velocity_at(there["body"], there["point"]) * turn, axis=1)
         + back @ request.velocity[receiver],
         direction=np.stack([there["departure"], -back], axis=1),
         point=np.stack([there["first_point"], there["point"]], axis=1),

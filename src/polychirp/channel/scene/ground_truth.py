@@ -84,7 +84,9 @@ def truth(
     nearest = [_nearest_visible(world, actor, eye, scene.time) for actor in actors]
     point = np.array([place for place, _ in nearest]).reshape(-1, 3)
     is_visible = np.array([is_seen for _, is_seen in nearest], dtype=np.bool_)
-    velocity = np.array([actor.velocity for actor in actors]).reshape(-1, 3)
+    velocity = np.array(
+        [actor.velocity_at(place) for actor, place in zip(actors, point, strict=True)]
+    ).reshape(-1, 3)
     places = [
         _visible_places(world, actor, eye, scene.time) if is_seen else _NO_PLACES
         for (_, is_seen), actor in zip(nearest, actors, strict=True)
@@ -176,7 +178,7 @@ def _points_of(actor: Actor, eye: FloatArray, time: float) -> tuple[FloatArray, 
     that the body itself does not hide.
     """
     points = actor.pose.to_outer(np.array([p.position for p in actor.points]).reshape(-1, 3))
-    velocity = np.broadcast_to(np.array(actor.velocity), points.shape)
+    velocity = actor.velocity_at(points)
     if actor.movement is None:
         return points, velocity
     from polychirp.channel.geometry.part_reflections import moving_reflections
@@ -210,14 +212,14 @@ def _with_others(
     """Places and velocities of ``others``, preceded by the nearest point with the body's own."""
     return (
         np.concatenate([nearest[None], others.point]),
-        np.concatenate([np.array([actor.velocity]), others.velocity]),
+        np.concatenate([actor.velocity_at(nearest[None]), others.velocity]),
     )
 
 
 def _visible_places(world: "World | None", actor: Actor, eye: FloatArray, time: float) -> _Places:
     """Visible places on a body.
 
-    On faces, each cube of `PLACE_SPACING` has one place at most, and all have the body's velocity.
+    On faces, each cube of `PLACE_SPACING` has one place at most, which moves with the body.
     The pieces of faces in a cube are as visible as its place. Points count alike.
     """
     from polychirp.channel.geometry.closest_point import closest_points
@@ -240,7 +242,7 @@ def _visible_places(world: "World | None", actor: Actor, eye: FloatArray, time: 
     places = actor.pose.to_outer(inner[few])
     seen = _are_visible(world, places, eye)
     filled = np.bincount(cube_of.ravel(), _solid_angles(pieces, place))
-    velocity = np.broadcast_to(np.array(actor.velocity), places[seen].shape)
+    velocity = actor.velocity_at(places[seen])
     return _Places(places[seen], velocity, float(filled[seen].sum() / filled.sum()))
 
 

@@ -18,6 +18,7 @@ from polychirp.channel.geometry.bvh import Tree, grow_tree
 from polychirp.channel.materials.fresnel import Media, media_of
 from polychirp.channel.materials.library import check_materials
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.frames import turned_at_rate
 from polychirp.model.material import Material
 from polychirp.model.mesh import Mesh
 from polychirp.model.scene import Scene
@@ -275,7 +276,9 @@ class World:
     dynamic_range : power ratio by which a path may be weaker than its pair of radars' strongest
     surfaces : surfaces of the bodies, in the order of ``body``
     body : numbers of the bodies' actors, ``(body,)``
-    rotation, position, velocity : of the bodies, ``(body, xyz, xyz)``, m and m/s ``(body, xyz)``
+    rotation, position, velocity : of the bodies, ``(body, xyz, xyz)``, m and m/s ``(body, xyz)``;
+        the velocity is that at the position
+    yaw_rate : of the bodies, rad/s, ``(body,)``
     plates : plates of the scene, in the frame of the world
     materials : names of all media
     table : materials by name
@@ -292,6 +295,7 @@ class World:
     rotation: FloatArray
     position: FloatArray
     velocity: FloatArray
+    yaw_rate: FloatArray
     plates: Plates
     materials: tuple[str, ...]
     table: Mapping[str, Material]
@@ -348,6 +352,21 @@ class World:
         """Materials for kernels, in the order of ``materials``."""
         return media_of(self.materials, self.table, self.frequency)
 
+    def velocity_at(self, body: int | IntArray, point: FloatArray) -> FloatArray:
+        r"""Velocity of the matter of bodies at places in the world, m/s and m ``(…, xyz)``.
+
+        .. math:: v + \omega\times(p - c)
+
+        A place may be outside of its body: for the rate of a distance, all points p of the line on
+        which it is measured are alike, since :math:`u\cdot(\omega\times u) = 0`.
+        """
+        way = point - self.position[body]
+        return np.asarray(self.velocity[body] + turned_at_rate(self.yaw_rate[body], way))
+
+    def acceleration_at(self, body: int | IntArray, point: FloatArray) -> FloatArray:
+        """Acceleration of the matter of bodies at places in the world, m/s² ``(…, xyz)``."""
+        return turned_at_rate(self.yaw_rate[body], self.velocity_at(body, point))
+
     def bodies_of(self, actor: int) -> IntArray:
         """Numbers of the bodies of ``actor``: one or none."""
         return np.flatnonzero(self.body == actor)
@@ -384,6 +403,7 @@ def world_of(
         rotation=np.array([actor.pose.rotation for actor in actors]).reshape(-1, 3, 3),
         position=np.array([actor.pose.position for actor in actors]).reshape(-1, 3),
         velocity=np.array([actor.velocity for actor in actors]).reshape(-1, 3),
+        yaw_rate=np.array([actor.yaw_rate for actor in actors], dtype=np.float64),
         plates=_plates(scene, materials),
         materials=materials,
         table=table,

@@ -153,6 +153,10 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
         source=twice, source_velocity=image_speed, sink=sink, sink_velocity=speed
     )
     between = mirrored(flight, second.normal)
+    leaving = mirrored(between, first.normal)
+    swerve = scene.radar_acceleration
+    bend = range_acceleration(sink - twice, speed - image_speed)
+    bend += np.sum(flight * swerve[pair[:, 1]] - leaving * swerve[pair[:, 0]], axis=-1)
     last = _crossing(second, twice, flight)
     meet = np.stack([_crossing(first, image, between), last], axis=1)
     opening = _opening(
@@ -171,9 +175,9 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
         opening=opening,
         delay=delay,
         delay_rate=delay_rate,
-        delay_acceleration=range_acceleration(sink - twice, speed - image_speed) / SPEED_OF_LIGHT,
+        delay_acceleration=bend / SPEED_OF_LIGHT,
         turn=turning(flight, delay * SPEED_OF_LIGHT, speed - image_speed),
-        ways=np.stack([mirrored(between, first.normal), between, flight], axis=1),
+        ways=np.stack([leaving, between, flight], axis=1),
         meet=meet,
         legs=np.stack([source, one, one, two, sink, two], axis=1).reshape(-1, 3, 2, 3),
     )

@@ -73,6 +73,9 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
     leaving = mirrored(flight, plates.normal)
     length, velocity = delay * SPEED_OF_LIGHT, speed[pair[:, 1]] - image_speed
     turn = turning(flight, length, velocity)
+    swerve = scene.radar_acceleration
+    bend = range_acceleration(sink - image, velocity)
+    bend += np.sum(flight * swerve[pair[:, 1]] - leaving * swerve[pair[:, 0]], axis=-1)
     share = np.stack([below / above, 1 - below / above], axis=-1) * length[:, None]
     factor = plate_factor(plates, meet, leaving, share, world.wavenumber)
     amplitude = factor / (2 * world.wavenumber * length)
@@ -86,7 +89,7 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
         departure=leaving,
         arrival=-flight,
         bounces=[(Bounce.REFLECTION, plates.actor, meet)],
-        delay_acceleration=range_acceleration(sink - image, velocity) / SPEED_OF_LIGHT,
+        delay_acceleration=bend / SPEED_OF_LIGHT,
         transfer_drift=-delay_rate / delay,
         departure_rate=mirrored(turn, plates.normal),
         arrival_rate=-turn,

@@ -203,8 +203,9 @@ class SionnaRt(Spec):
       rounded to single precision around the middle of the radars. Bounce points are right to about
       0.5 mm along the surface, which hardly changes lengths, and Doppler shifts to 5 mHz.
     - A radar's own cover blocks or weakens waves that pass it; legs below 1 cm are dropped.
-    - Scenes with point scatterers are refused. Clouds such as foliage are left out. So is diffuse
-      reflection, because Sionna gives it a phase that is not random, so that it adds up coherently.
+    - Scenes with point scatterers or turning bodies are refused. Clouds such as foliage are left
+      out. So is diffuse reflection, because Sionna gives it a phase that is not random, so that it
+      adds up coherently.
     - Sionna has no roughness; this tracer applies it to reflections: `fresnel.roughness_factor`.
 
     `trace` sets the environment variable DRJIT_LIBLLVM_PATH to the LLVM library that is used.
@@ -264,7 +265,8 @@ class SionnaRt(Spec):
         Raises
         ------
         CapabilityError
-            Sionna RT is not installed or cannot run here, or the scene has point scatterers.
+            Sionna RT is not installed or cannot run here, or the scene has point scatterers or
+            turning bodies.
         InputError
             A surface is of an unknown material.
 
@@ -345,6 +347,12 @@ def _check(scene: Scene, solid: Sequence[_Part], clouds: Sequence[_Part]) -> Non
         raise CapabilityError(
             "the tracer 'sionna' has neither moving parts nor point scatterers; use the tracer "
             "'composite'"
+        )
+    turning = next((actor.name for actor in scene.actors if actor.yaw_rate), None)
+    if turning is not None:
+        raise CapabilityError(
+            f"the tracer 'sionna' gives each body one velocity, but '{turning}' turns; leave its "
+            "yaw_rate at 0, or use the tracer 'composite'"
         )
     if any(scene.actors[part.actor].mesh.num_faces for part in solid):
         warnings.warn(

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Final, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from polychirp.axes import (
 )
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
-from polychirp.frames import polarisation_basis
+from polychirp.frames import polarisation_basis, rotation, turned_at_rate
 from polychirp.model.antenna import ElementPattern
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
@@ -103,7 +104,7 @@ def links_of_all(
     transmitter: int,
     num_elements: int = 1,
 ) -> list[Links]:
-    """`links_between` of every snapshot, with the antennas directed as in ``scene``."""
+    """`links_between` of every snapshot; the antennas turn with the vehicles that carry them."""
     sender, receiver = scene.radars[transmitter], scene.radars[victim]
     if num_elements > sender.array.num_transmitters:
         raise InputError(
@@ -114,30 +115,23 @@ def links_of_all(
         paths.select((paths.receiver == victim) & (paths.transmitter == transmitter))
         for paths in snapshots
     ]
-    turn = scene.radar_rotation
-    out = _end(
-        sender.array.pattern, sender.array.transmit_position[:num_elements], turn[transmitter],
-        np.concatenate([paths.departure for paths in chosen]),
-        np.concatenate([paths.departure_rate for paths in chosen]),
-    )  # fmt: skip
-    back = _end(
-        receiver.array.pattern, receiver.array.position, turn[victim],
-        np.concatenate([paths.arrival for paths in chosen]),
-        np.concatenate([paths.arrival_rate for paths in chosen]),
-    )  # fmt: skip
+    moments = [paths.reference_time for paths in chosen]
+    sends = _Antenna.of(scene, transmitter, sender.array.transmit_position[:num_elements], moments)
+    hears = _Antenna.of(scene, victim, receiver.array.position, moments)
+    out = sends.ends([(paths.departure, paths.departure_rate) for paths in chosen])
+    back = hears.ends([(paths.arrival, paths.arrival_rate) for paths in chosen])
     # the fields at both ends contain the patterns' gains
     power = sender.transmit_power * sender.transmit_gain * receiver.receive_gain
     weight = math.sqrt(power) * sender.array.transmitter_response[:num_elements]
-    ends = np.cumsum([0, *(paths.num_paths for paths in chosen)])
     return [
         _links(
             paths,
             paths.is_mirrored if transmitter == victim else ~paths.is_direct,
-            out=out.of(slice(begin, end)),
-            back=back.of(slice(begin, end)),
+            out=departing,
+            back=arriving,
             weight=weight,
         )
-        for paths, begin, end in zip(chosen, ends[:-1], ends[1:], strict=True)
+        for paths, departing, arriving in zip(chosen, out, back, strict=True)
     ]
 
 
@@ -158,27 +152,60 @@ class _End(NamedTuple):
         return _End._make(column[rows] for column in self)
 
 
-def _end(
-    pattern: ElementPattern, position: FloatArray, turn: FloatArray, direction: FloatArray,
-    direction_rate: FloatArray,
-) -> _End:  # fmt: skip
-    """End of paths in the world's ``direction``, at elements with the given positions, m."""
-    light = position @ turn.T / SPEED_OF_LIGHT
-    field = antenna_field(pattern, direction, turn)
-    field_rate = np.zeros_like(field)
-    moving = np.flatnonzero(np.any(direction_rate != 0, axis=-1))
-    if moving.size:
-        step = DERIVATIVE_TIME * direction_rate[moving]
-        later, earlier = (
-            antenna_field(pattern, direction[moving] + way, turn) for way in (step, -step)
+class _Antenna(NamedTuple):
+    """Elements of one radar, as they are directed at the times of some snapshots.
+
+    ``position`` m ``(element, xyz)`` is in the radar's frame; ``turn`` has one matrix from there to
+    the world for every snapshot; ``yaw_rate`` rad/s is that of the radar's vehicle.
+    """
+
+    pattern: ElementPattern
+    position: FloatArray
+    turn: list[FloatArray]
+    yaw_rate: float
+
+    @staticmethod
+    def of(scene: Scene, radar: int, position: FloatArray, moments: Sequence[float]) -> "_Antenna":
+        """Elements of the radar with this number at ``moments``, s, in the time of the scene."""
+        yaw_rate, turn = float(scene.radar_yaw_rate[radar]), scene.radar_rotation[radar]
+        turns = [rotation(yaw_rate * (moment - scene.time)) @ turn for moment in moments]
+        if not yaw_rate:
+            turns = [turn] * len(moments)
+        return _Antenna(scene.radars[radar].array.pattern, position, turns, yaw_rate)
+
+    def ends(self, directions: Sequence[tuple[FloatArray, FloatArray]]) -> list[_End]:
+        """Ends of the paths of every snapshot, given their directions in the world and rates."""
+        if self.yaw_rate:
+            return [self._end(turn, *one) for turn, one in zip(self.turn, directions, strict=True)]
+        # one call for all is faster
+        all_ends = self._end(self.turn[0], *map(np.concatenate, zip(*directions, strict=True)))
+        ends = np.cumsum([0, *(len(direction) for direction, _ in directions)])
+        return [all_ends.of(slice(begin, end)) for begin, end in pairwise(ends)]
+
+    def _end(self, turn: FloatArray, direction: FloatArray, direction_rate: FloatArray) -> _End:
+        """End of paths in ``direction``, at the elements as ``turn`` directs them."""
+        light = self.position @ turn.T / SPEED_OF_LIGHT
+        field = antenna_field(self.pattern, direction, turn)
+        field_rate = np.zeros_like(field)
+        # rate of the directions as the antenna, which may turn itself, sees them
+        seen_rate = direction_rate - turned_at_rate(self.yaw_rate, direction)
+        moving = np.flatnonzero(np.any(seen_rate != 0, axis=-1))
+        if moving.size:
+            later, earlier = (
+                antenna_field(
+                    self.pattern,
+                    direction[moving] + time * direction_rate[moving],
+                    rotation(self.yaw_rate * time) @ turn,
+                )
+                for time in (DERIVATIVE_TIME, -DERIVATIVE_TIME)
+            )
+            field_rate[moving] = (later - earlier) / (2.0 * DERIVATIVE_TIME)
+        return _End(
+            field=field,
+            field_rate=field_rate,
+            lead=direction @ light.T,
+            lead_rate=seen_rate @ light.T,
         )
-        field_rate[moving] = (later - earlier) / (2.0 * DERIVATIVE_TIME)
-    return _End(
-        field=field,
-        field_rate=field_rate,
-        lead=direction @ light.T,
-        lead_rate=direction_rate @ light.T,
-    )
 
 
 def _links(
