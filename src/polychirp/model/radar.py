@@ -67,7 +67,7 @@ class Radar(Spec):
     ----------
     name : unique among the radars of a scene
     mount : pose in the frame of the vehicle that carries it (x forward, y left, z up)
-    transmit_power : W, into the front end's transmit amplifier
+    transmit_power : W, into the front end's transmit amplifier; 0 for a radar that only receives
     transmit_gain, receive_gain : ratio, gain of the front end without the antenna
     noise_figure : ratio, 1 or more
     oscillator : phase noise and ramp errors of the signal that is transmitted and drives the mixer
@@ -91,8 +91,10 @@ class Radar(Spec):
     bumper: Bumper | None = None
 
     def __post_init__(self) -> None:
-        if not (self.transmit_power > 0 and self.transmit_gain > 0 and self.receive_gain > 0):
-            raise InputError(f"radar '{self.name}' needs positive transmit power and gains")
+        if not (self.transmit_power >= 0 and self.transmit_gain > 0 and self.receive_gain > 0):
+            raise InputError(
+                f"radar '{self.name}' needs a transmit power of 0 W or more and positive gains"
+            )
         if not self.noise_figure >= 1.0:
             raise InputError(f"radar '{self.name}' has a noise figure below 0 dB; use 0 dB or more")
         if self.converter.is_real and self.front_end.imbalance is not None:

@@ -77,4 +77,5 @@ def _interferer(
         waveform=traffic.waveform or template.waveform,
         start_time=template.start_time + traffic.start_spread * float(start),
         clock_offset=traffic.clock_spread * float(error),
+        transmit_power=0.0 if traffic.are_silent else template.transmit_power,
     )

@@ -121,6 +121,8 @@ class Study(Spec):
     access : rule by which all radars share time and band; None for none, so that starts and bands
         are those of each radar
     refresh_interval : s, greatest interval at which the scene is traced again
+    least_traced_time : s, for which paths are traced at least, from the first start on: with a time
+        that no frame exceeds, studies whose frames differ in length have the same paths
     receiver : receiver of every victim
 
     Examples
@@ -145,6 +147,7 @@ class Study(Spec):
     access: AnyAccess | None = None
     tracer: AnyTracer = field(default_factory=Composite)
     refresh_interval: Seconds = 1e-3
+    least_traced_time: Seconds = 0.0
     receiver: AnyReceiver = field(default_factory=AutoReceiver)
 
 
@@ -253,11 +256,13 @@ def target_names(study: Study, radar: StudyRadar) -> tuple[str, ...]:
     return tuple(name for name in wanted if name != radar.vehicle)
 
 
-def refresh_times(schedules: Sequence[RampSchedule], refresh_interval: float) -> FloatArray:
+def refresh_times(
+    schedules: Sequence[RampSchedule], refresh_interval: float, *, least: float = 0.0
+) -> FloatArray:
     """Times at which the scene is traced, s: the middles of equal parts of the simulated time.
 
-    That time lasts from the first start to the last end of any radar's ramps. No part is longer
-    than ``refresh_interval``.
+    That time lasts from the first start to the last end of any radar's ramps, and for ``least`` s.
+    No part is longer than ``refresh_interval``.
 
     Raises
     ------
@@ -265,7 +270,7 @@ def refresh_times(schedules: Sequence[RampSchedule], refresh_interval: float) ->
         There are more than `MOST_SNAPSHOTS` parts.
     """
     first = min(float(schedule.start_time[0]) for schedule in schedules)
-    last = max(float(schedule.end_time[-1]) for schedule in schedules)
+    last = max(first + least, *(float(schedule.end_time[-1]) for schedule in schedules))
     wanted = (last - first) / refresh_interval
     if not wanted <= MOST_SNAPSHOTS:
         raise InputError(

@@ -18,6 +18,8 @@ class StudyTraffic(RandomTraffic):
     Parameters
     ----------
     num_interferers : number of carriers with a radar
+    are_silent : true if these radars are there but do not transmit, for comparison: the paths are
+        then those of the study in which they do, and need not be traced again
     start_spread : s; each interferer starts up to this later than the first radar, drawn uniformly
     clock_spread : each interferer's relative clock error is drawn uniformly between minus and plus
         this value
@@ -34,6 +36,7 @@ class StudyTraffic(RandomTraffic):
     """
 
     num_interferers: int = 0
+    are_silent: bool = False
     start_spread: Seconds = 0.0
     clock_spread: Fraction = 0.0
     waveform: AnyWaveform | None = None

@@ -17,6 +17,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.frame_history import FrameHistory
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
+from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.model.score import Score
@@ -158,9 +159,14 @@ def run_trial(
     if isinstance(study.access, FrameRule):
         last = last_frame(study, study.access, scene, traces=traces)
         schedules, frames = last.schedules, last.history
-    times = refresh_times([schedules[victim] for victim in victims], study.refresh_interval)
-    trace = partial(_traced, study.tracer, scene, times, receivers=victims, progress=progress)
-    makers = (study.tracer, scene, times, victims)
+    times = refresh_times(
+        [schedules[victim] for victim in victims],
+        study.refresh_interval,
+        least=study.least_traced_time,
+    )
+    street = as_traced(scene)
+    trace = partial(_traced, study.tracer, street, times, receivers=victims, progress=progress)
+    makers = (study.tracer, street, times, victims)
     snapshots = trace() if traces is None else traces.of(makers, trace)
     simulations = [
         partial(
@@ -217,6 +223,17 @@ def simulate_victim(
         has_occlusion="occlusion" in study.tracer.capabilities,
         interference=interference if names_radars else None,
     )
+
+
+def as_traced(scene: Scene) -> Scene:
+    """The scene with those properties of its radars alone that tracing reads: place and antennas.
+
+    Studies that differ in anything else, such as waveforms, have the same paths.
+    """
+    radars = tuple(
+        Radar(name=radar.name, mount=radar.mount, array=radar.array) for radar in scene.radars
+    )
+    return replace(scene, radars=radars)
 
 
 def trace_frame(

@@ -136,3 +136,15 @@ def test_a_swerling_1_point_is_detected_as_often_as_its_closed_form_says():
     of_steady = stats.ncx2.sf(-2.0 * np.log(false_alarm), 2, 2.0 * snr)
     expected = false_alarm ** (1.0 / (1.0 + mean_snr))
     assert np.mean(of_steady) == pytest.approx(expected, abs=3.0 * np.std(of_steady) / count**0.5)
+
+
+def test_silent_interferers_leave_the_frame_of_a_study_without_them() -> None:
+    """Their tracing is that of the study in which they transmit."""
+    silent = run_trial(with_traffic(are_silent=True))
+    none = run_trial(with_traffic(num_interferers=0))
+    loud = run_trial(STUDY)
+    frames = [one.victims[0].frame.samples for one in (silent, none, loud)]
+    assert np.array_equal(frames[0], frames[1])
+    assert not np.array_equal(frames[0], frames[2])
+    for paths, other in zip(silent.snapshots, loud.snapshots, strict=True):
+        assert np.array_equal(paths.delay, other.delay)

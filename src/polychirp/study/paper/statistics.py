@@ -61,6 +61,10 @@ NUM_TARGETS: Final = (1, 4, 7, PAPER_TARGETS)
 TRIALS: Final = 12
 """Trials of each point that `polychirp paper` runs; chosen. The stored points have more."""
 
+LONGEST_FRAME: Final = 56e-3
+"""Time for which paths are traced, s. Chosen: of 300 frames with diverse slopes, the longest takes
+55 ms, so that all curves of a trial have the same paths."""
+
 Curve = tuple[WaveformKind, Situation]
 
 CURVES: Final[tuple[Curve, ...]] = tuple(
@@ -100,17 +104,20 @@ def statistics_study(channel: Channel = "points", *, seed: int = 1) -> Study:
         traffic=StudyTraffic(seen_from="ego", num_carriers=NUM_INTERFERERS, shape=shape),
         tracer=_TRACERS[channel],
         refresh_interval=4e-3 if channel == "vehicles" else 1e-3,
+        least_traced_time=LONGEST_FRAME if channel == "vehicles" else 0.0,
     )
 
 
 def with_situation(study: Study, waveform: WaveformKind, situation: Situation) -> Study:
     """The study with this waveform for all radars, and with this situation of the victim."""
     assert study.traffic is not None
-    num_interferers = 0 if situation == "alone" else NUM_INTERFERERS
+    traffic = replace(
+        study.traffic, num_interferers=NUM_INTERFERERS, are_silent=situation == "alone"
+    )
     return replace(
         study,
         radars=tuple(replace(radar, waveform=WAVEFORMS[waveform]) for radar in study.radars),
-        traffic=replace(study.traffic, num_interferers=num_interferers),
+        traffic=traffic,
         receiver=replace(study.receiver, mitigation=Blanking() if situation == "blanked" else None),
     )
 
