@@ -116,10 +116,12 @@ def links_of_all(
         for paths in snapshots
     ]
     moments = [paths.reference_time for paths in chosen]
-    sends = _Antenna.of(scene, transmitter, sender.array.transmit_position[:num_elements], moments)
-    hears = _Antenna.of(scene, victim, receiver.array.position, moments)
-    out = sends.ends([(paths.departure, paths.departure_rate) for paths in chosen])
-    back = hears.ends([(paths.arrival, paths.arrival_rate) for paths in chosen])
+    transmits = _Antenna.of(
+        scene, transmitter, sender.array.transmit_position[:num_elements], moments
+    )
+    receives = _Antenna.of(scene, victim, receiver.array.position, moments)
+    out = transmits.ends([(paths.departure, paths.departure_rate) for paths in chosen])
+    back = receives.ends([(paths.arrival, paths.arrival_rate) for paths in chosen])
     # the fields at both ends contain the patterns' gains
     power = sender.transmit_power * sender.transmit_gain * receiver.receive_gain
     weight = math.sqrt(power) * sender.array.transmitter_response[:num_elements]
