@@ -215,6 +215,7 @@ def test_a_snippet_replaces_the_tables_of_its_names():
     study = 'name = "a"\nseed = 1\n[x]\na = 1\n[x.y]\nb = 2\n'
     text = pasted(study, "seed = 2\n[x]\nc = 3\n")
     assert tomllib.loads(text) == {"name": "a", "seed": 2, "x": {"c": 3, "y": {"b": 2}}}
+    assert tomllib.loads(pasted(study, "seed = 3\n")) == tomllib.loads(study) | {"seed": 3}
 
 
 NEXT = re.compile(r"next: (polychirp .*)")

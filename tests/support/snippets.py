@@ -53,7 +53,7 @@ def _parts(text: str) -> tuple[str, list[tuple[str, str]]]:
     """Keys before the first table, and the tables by name."""
     starts = [(match["name"], match.start()) for match in _TABLE.finditer(text)]
     first = starts[0][1] if starts else len(text)
-    ends = [start for _, start in starts[1:]] + [len(text)]
+    ends = ([start for _, start in starts[1:]] + [len(text)])[: len(starts)]
     return f"{text[:first].rstrip()}\n", [
         (name, f"{text[start:end].rstrip()}\n\n")
         for (name, start), end in zip(starts, ends, strict=True)

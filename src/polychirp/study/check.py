@@ -242,7 +242,8 @@ def check(study: Study) -> Derived:
         warnings.warn(sentence, ModelWarning, stacklevel=2)
     victims = [radars[i] for i in victim_indices(study)]
     frames = [schedules[i] for i in victim_indices(study)]
-    snapshots = int(refresh_times(frames, study.refresh_interval).size)
+    times = refresh_times(frames, study.refresh_interval, least=study.least_traced_time)
+    snapshots = int(times.size)
     return Derived(
         radars=radars,
         victims=tuple(victim.name for victim in victims),
@@ -366,6 +367,8 @@ def _plain_problems(study: Study) -> Iterator[tuple[str, str]]:
         yield "num_sweeps", f"is {study.num_sweeps}, so the frame is empty; use 1 or more"
     if not study.refresh_interval > 0:
         yield "refresh_interval", f"is {study.refresh_interval:g} s; use more than 0 s"
+    if not study.least_traced_time >= 0:
+        yield "least_traced_time", f"is {study.least_traced_time:g} s; use 0 s or more"
 
 
 def _name_problems(study: Study) -> Iterator[tuple[str, str]]:
