@@ -1,7 +1,8 @@
 """Figures 12 and 13 on three channels, as a table for docs/validation.
 
-``python -m tools.pages.statistics_table FILE`` runs some trials of each vehicle channel and stores
-the results as JSON. Those of points are the stored ones of `polychirp paper`.
+``python -m tools.pages.statistics_table FILE`` runs some trials with vehicles of a few points each
+and stores the results as JSON. Points and ray-traced vehicles are the stored ones of
+`polychirp paper`.
 """
 
 from __future__ import annotations
@@ -25,13 +26,10 @@ RECORD: Final = "statistics.json"
 """File with the numbers of the table, in the folder of the pages."""
 
 NUM_TARGETS: Final = (1, 4, 10)
-"""Numbers of targets of points in the table."""
+"""Numbers of targets in the table, of points and of vehicles of a few points."""
 
-PLANS: Final[dict[Channel, tuple[int, tuple[int, ...]]]] = {
-    "point-vehicles": (6, NUM_TARGETS),
-    "vehicles": (28, NUM_TARGETS[-1:]),
-}
-"""Numbers of trials and of targets of the vehicle channels; chosen: half an hour on two cores."""
+TRIALS: Final = 20
+"""Trials of each point with vehicles of a few points; chosen: some minutes on two cores."""
 
 _HEAD: Final = (
     "channel",
@@ -52,7 +50,8 @@ def statistics_table(folder: Path) -> str:
     """One line for every channel, waveform, situation and number of targets."""
     record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     points = [row for row in read_statistics().rows if _is_shown(row)]
-    return table(_HEAD, [_cells(row) for row in written(points, "points") + record])
+    traced = written(read_statistics("vehicles").rows, "vehicles")
+    return table(_HEAD, [_cells(row) for row in written(points, "points") + record + traced])
 
 
 def _is_shown(row: StatisticsRow) -> bool:
@@ -96,17 +95,11 @@ def _rounded(value: object) -> object:
 
 
 def record() -> list[dict[str, Any]]:
-    """Rows of the channels with vehicles."""
-    found = []
-    for channel, (trials, num_targets) in PLANS.items():
-        with tempfile.TemporaryDirectory() as folder:
-            rows = run_statistics(
-                statistics_plan(channel, trials=trials, num_targets=num_targets),
-                folder=Path(folder),
-                executor=LocalWorkers(count=num_cores()),
-            )
-        found += written(rows, channel)
-    return found
+    """Rows with vehicles of a few points."""
+    plan = statistics_plan("point-vehicles", trials=TRIALS, num_targets=NUM_TARGETS)
+    with tempfile.TemporaryDirectory() as folder:
+        rows = run_statistics(plan, folder=Path(folder), executor=LocalWorkers(count=num_cores()))
+    return written(rows, "point-vehicles")
 
 
 if __name__ == "__main__":

@@ -59,6 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
             results,
             statistics=statistics,
             stored=read_statistics(),
+            traced=read_statistics("vehicles"),
             wall_time_s=time.perf_counter() - started,
         )
         page = write_paper(results, folder, progress=lambda name: progress(name, 1, 1))

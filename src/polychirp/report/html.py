@@ -31,6 +31,7 @@ from polychirp.report.statistics import (
     origin,
     shown_statistics,
     statistics_rows,
+    traced_findings,
 )
 from polychirp.report.street_model import street_model
 from polychirp.report.verdict import (
@@ -72,6 +73,9 @@ FIGURE_CAPTIONS: Final[dict[str, str]] = {
     "Dashes: medians; stars: values of the paper at ten targets. The last two panels have the "
     "differences from the conventional waveform, trial by trial: they decide, since intervals of "
     "two curves may overlap although one is above the other in every trial.",
+    "fig12-13-traced": "The same on ray-traced vehicles in a street with buildings: errors are "
+    "those of bodies, against the nearest visible metal, and most ghosts are echoes by way of the "
+    "road and the buildings.",
     "fig11-both": "Equal slopes and diverse slopes at the same radar, on the same street and with "
     "the same noise.",
     "floor-and-masking": "The cost of every variant: diversity removes ghosts and raises the "
@@ -91,7 +95,7 @@ SECTION_FIGURES: Final[Mapping[str, Sequence[str]]] = {
     "waveforms": ("fig04a", "fig04b"),
     "street": ("fig08-plan", "fig08-view"),
     "correlation": ("fig06", "fig07-as-printed", "fig07-baseband", "slope-law"),
-    "statistics": ("fig12-13",),
+    "statistics": ("fig12-13", "fig12-13-traced"),
     "cost": ("floor-and-masking",),
 }
 """Figures of the sections of the page; all others are range profiles."""
@@ -186,12 +190,14 @@ def _statistics(results: PaperResults) -> dict[str, Any] | None:
     """Tables and findings of figures 12 and 13, if they were run."""
     if not results.statistics:
         return None
-    stored = results.stored
+    stored, traced = results.stored, results.traced
     return {
         "origin": stored and origin(stored),
         "findings": findings(shown_statistics(results)),
         "table": _statistics_table(results.statistics),
         "stored": stored and _statistics_table(stored.rows),
+        "traced_findings": traced and [origin(traced), *traced_findings(traced.rows)],
+        "traced": traced and _statistics_table(traced.rows),
         "note": STATISTICS_NOTE,
     }
 

@@ -71,6 +71,11 @@ def _drawings(results: PaperResults) -> Iterator[tuple[str, Callable[[], Drawing
     curves = results.statistics if results.stored is None else results.stored.rows
     if curves:
         yield "fig12-13", partial(detection_statistics, curves)
+    if results.traced is not None:
+        yield (
+            "fig12-13-traced",
+            partial(detection_statistics, results.traced.rows, targets="ray-traced vehicles"),
+        )
     if any(row.scenario != "A" for row in results.rows):
         yield "floor-and-masking", partial(floor_and_masking, results.rows)
 

@@ -28,6 +28,7 @@ def results_json(results: PaperResults) -> dict[str, Any]:
         "correlation": results.correlation and correlation_json(results.correlation),
         "statistics": [asdict(row) for row in results.statistics],
         "stored_statistics": results.stored and asdict(results.stored),
+        "traced_statistics": results.traced and asdict(results.traced),
         "statistics_findings": findings(shown_statistics(results)),
     }
     values: dict[str, Any] = finite(record)

@@ -9,14 +9,22 @@ from polychirp.study.paper.results import (
     PAPER_TARGETS,
     Interval,
     PaperResults,
+    Situation,
     StatisticsRow,
     StoredStatistics,
+    WaveformKind,
 )
 
-SITUATION_WORDS: Final = {
+SITUATION_WORDS: Final[dict[Situation, str]] = {
     "alone": "alone",
     "interfered": "two interferers starting together",
     "blanked": "two interferers starting together, blanked",
+}
+
+_BRIEF_WORDS: Final[dict[Situation, str]] = {
+    "alone": "without interferers",
+    "interfered": "beside two that start together",
+    "blanked": "beside these with blanking",
 }
 
 STATISTICS_HEAD: Final = (
@@ -155,6 +163,34 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
         blanked = at["diverse", "blanked"]
         found.append(f"With blanking, it raises the floor by {blanked.floor_rise_db:.1f} dB.")
     return found
+
+
+def traced_findings(rows: Sequence[StatisticsRow]) -> list[str]:
+    """Sentences about ray-traced vehicles at the greatest number of targets that rows have."""
+    most = max(row.num_targets for row in rows)
+    at = {(row.waveform, row.situation): row for row in rows if row.num_targets == most}
+
+    def found(waveform: WaveformKind) -> str:
+        return ", ".join(
+            f"{within(at[waveform, situation].detection, 2)} {words}"
+            for situation, words in _BRIEF_WORDS.items()
+            if (waveform, situation) in at
+        )
+
+    diverse = at["diverse", "interfered"]
+    return [
+        f"Of {most} vehicles in sight, these shares are found. Equal slopes: "
+        f"{found('conventional')}. Diverse slopes: {found('diverse')}.",
+        "Errors beside interferers with diverse slopes are "
+        + ", ".join(
+            f"{short(getattr(diverse, field))} {unit} rms in {name}"
+            for field, (name, unit, _) in _ERRORS.items()
+        )
+        + ": a body reflects from its strongest place, not from its nearest metal.",
+        f"A frame has {within(at['diverse', 'alone'].ghosts, 0)} ghosts of its own signal with "
+        f"diverse slopes, and {within(at['conventional', 'alone'].ghosts, 0)} with equal ones: "
+        "echoes by way of the road and the buildings.",
+    ]
 
 
 def _decided(difference: Interval) -> str:

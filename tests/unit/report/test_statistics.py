@@ -13,6 +13,7 @@ from polychirp.report.statistics import (
     origin,
     shown_statistics,
     statistics_rows,
+    traced_findings,
 )
 from polychirp.study.paper.results import StatisticsRow, StoredStatistics, WaveformKind
 
@@ -118,3 +119,19 @@ def test_the_paired_difference_decides() -> None:
     (bars,) = panels["Ghosts in a frame,\nminus conventional"].containers
     assert list(bars.lines[0].get_ydata()) == [-6.0, -6.0]
     assert drawing.data["ghosts_gain high"] == ["", "", -5.0, -5.0]
+
+
+def test_findings_on_traced_vehicles_are_those_of_most_targets() -> None:
+    """Every situation has its probability, and ghosts are those without interferers."""
+    alone = [replace(one, situation="alone", ghosts=(30.0, 28.0, 32.0)) for one in ROWS]
+    found, errors, ghosts = traced_findings([*ROWS, *alone])
+    assert found.startswith("Of 10 vehicles in sight")
+    assert "0.95 (0.80…0.99) without interferers" in found
+    assert "0.95 (0.80…0.99) beside two that start together" in found
+    assert "0.0001 (5e-05…0.0002) m rms in range" in errors
+    assert "30 (28…32) ghosts" in ghosts
+
+
+def test_the_figure_says_what_its_targets_are() -> None:
+    drawing = detection_statistics(ROWS, targets="ray-traced vehicles")
+    assert "ray-traced vehicles in random traffic" in drawing.figure.get_suptitle()

@@ -59,10 +59,11 @@ _GAINS: Final = {
 
 
 @styled
-def detection_statistics(rows: Sequence[StatisticsRow]) -> Drawing:
+def detection_statistics(rows: Sequence[StatisticsRow], *, targets: str = "points") -> Drawing:
     """Detection, ghosts and errors of every curve with 95 % intervals, and the paper's values.
 
-    The last panels have differences between waveforms, trial by trial.
+    The last panels have differences between waveforms, trial by trial. ``targets`` says in the
+    heading what the targets are.
     """
     figure = new_figure(12.4, 5.8)
     all_axes = figure.subplots(2, 4).ravel()
@@ -83,7 +84,7 @@ def detection_statistics(rows: Sequence[StatisticsRow]) -> Drawing:
     all_axes[0].set(ylim=(-0.03, 1.03))
     _legend(all_axes)
     trials = " or ".join(str(count) for count in sorted({row.num_trials for row in rows}))
-    figure.suptitle(f"Figs. 12 and 13 · points in random traffic, {trials} trials", size=10)
+    figure.suptitle(f"Figs. 12 and 13 · {targets} in random traffic, {trials} trials", size=10)
     return Drawing(figure=figure, data=_data(rows))
 
 

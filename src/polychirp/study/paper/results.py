@@ -292,6 +292,7 @@ class PaperResults:
     correlation : results of section V, if it was run
     statistics : points of figures 12 and 13 at the greatest number of targets, if they were run
     stored : the same and others, computed earlier with more trials; None if they are not shown
+    traced : the same on ray-traced vehicles, computed earlier; None if they are not shown
     """
 
     seed: int
@@ -308,3 +309,4 @@ class PaperResults:
     correlation: CorrelationResults | None = None
     statistics: tuple[StatisticsRow, ...] = ()
     stored: StoredStatistics | None = None
+    traced: StoredStatistics | None = None

@@ -1,6 +1,7 @@
-"""The stored points of figures 12 and 13: a hundred trials each, which take an hour to run.
+"""The stored points of figures 12 and 13: a hundred trials each, which take hours to run.
 
-``./run validation fig12-13`` writes the file beside this module.
+``./run validation fig12-13`` and ``./run validation fig12-13-traced`` write the files beside this
+module: points in free space, and ray-traced vehicles on a street with buildings.
 """
 
 import json
@@ -8,12 +9,18 @@ from collections.abc import Sequence
 from dataclasses import asdict, fields
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from polychirp.study.paper.results import Interval, StatisticsRow, StoredStatistics
 
-STORED: Final = "statistics.json"
-"""Name of the file, in this package."""
+StoredChannel = Literal["points", "vehicles"]
+"""Channels of `paper.statistics` whose points are stored."""
+
+STORED: Final[dict[StoredChannel, str]] = {
+    "points": "statistics.json",
+    "vehicles": "traced_statistics.json",
+}
+"""Names of the files, in this package."""
 
 _INTERVALS: Final = tuple(
     field.name for field in fields(StatisticsRow) if "Interval" in str(field.type)
@@ -21,13 +28,18 @@ _INTERVALS: Final = tuple(
 """Fields of a row that hold a value and the limits of its interval."""
 
 
-def read_statistics() -> StoredStatistics:
-    """The points that this package holds.
+def read_statistics(channel: StoredChannel = "points") -> StoredStatistics:
+    """The points of one channel that this package holds.
 
     >>> sorted({row.num_targets for row in read_statistics().rows})
     [1, 4, 7, 10]
     """
-    text = files("polychirp.study.paper").joinpath(STORED).read_text(encoding="utf-8")
+    file = files("polychirp.study.paper").joinpath(STORED[channel])
+    return statistics_from(file.read_text(encoding="utf-8"))
+
+
+def statistics_from(text: str) -> StoredStatistics:
+    """The points of a file's text."""
     found = json.loads(text)
     return StoredStatistics(**(found | {"rows": tuple(map(_row, found["rows"]))}))
 

@@ -16,7 +16,11 @@ from polychirp.study.paper.statistics import (
     run_statistics,
     statistics_plan,
 )
-from polychirp.study.paper.stored_statistics import read_statistics, write_statistics
+from polychirp.study.paper.stored_statistics import (
+    StoredChannel,
+    read_statistics,
+    write_statistics,
+)
 
 
 def test_every_curve_has_a_hundred_trials_at_every_number_of_targets() -> None:
@@ -27,11 +31,26 @@ def test_every_curve_has_a_hundred_trials_at_every_number_of_targets() -> None:
     assert {row.num_trials for row in rows} == {100}
 
 
-def test_what_is_read_is_what_was_written(tmp_path: Path) -> None:
-    stored = read_statistics()
+def test_ray_traced_vehicles_have_all_curves_at_every_number_of_targets() -> None:
+    rows = read_statistics("vehicles").rows
+    places = [(row.num_targets, (row.waveform, row.situation)) for row in rows]
+    assert places == list(product(NUM_TARGETS, CURVES))
+    assert min(row.num_trials for row in rows) >= 60
+    widest = max(row.detection[2] - row.detection[1] for row in rows)
+    assert widest < 0.1
+
+
+@pytest.mark.parametrize(
+    ("channel", "name"),
+    [("points", "statistics.json"), ("vehicles", "traced_statistics.json")],
+)
+def test_what_is_read_is_what_was_written(
+    tmp_path: Path, channel: StoredChannel, name: str
+) -> None:
+    stored = read_statistics(channel)
     write_statistics(stored, tmp_path / "again.json")
     written = (tmp_path / "again.json").read_text(encoding="utf-8")
-    packaged = files("polychirp.study.paper").joinpath("statistics.json")
+    packaged = files("polychirp.study.paper").joinpath(name)
     assert written == packaged.read_text(encoding="utf-8")
 
 
