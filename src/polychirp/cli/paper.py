@@ -116,7 +116,7 @@ def _say_row(row: "PaperRow") -> None:
 
 
 def _print_tables(results: Any) -> None:
-    from polychirp.report.statistics import findings, shown_statistics
+    from polychirp.report.statistics import findings, origin, shown_statistics, traced_findings
     from polychirp.report.tables import claims_table, statistics_table, variants_table
 
     console = tables()
@@ -125,3 +125,7 @@ def _print_tables(results: Any) -> None:
     console.print(statistics_table(results.statistics))
     for finding in findings(shown_statistics(results)):
         console.print(f"- {finding}")
+    if results.traced is not None:
+        console.print("\nThe same on ray-traced vehicles:")
+        for finding in [origin(results.traced), *traced_findings(results.traced.rows)]:
+            console.print(f"- {finding}")

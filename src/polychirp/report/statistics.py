@@ -45,8 +45,8 @@ STATISTICS_NOTE: Final = (
     f"The paper reports {PAPER_ACCURACY['range_rmse_m']} m, {PAPER_ACCURACY['azimuth_rmse_deg']}° "
     f"and {PAPER_ACCURACY['speed_rmse_kmh']} km/h at {PAPER_TARGETS} targets. Errors are rms errors"
     " of the targets found. Ghosts are detections where there is no body; unexplained detections "
-    "are those ghosts that neither interference nor a mirror explains. Targets are isotropic "
-    "scatterers of 10 m², all visible; polychirp study runs the same on ray-traced bodies."
+    "are those ghosts that neither interference nor a mirror explains. Targets of this run are "
+    "isotropic scatterers of 10 m², all visible; polychirp study runs the same on traced bodies."
 )
 
 
@@ -66,9 +66,10 @@ def shown_statistics(results: PaperResults) -> Sequence[StatisticsRow]:
 
 def origin(stored: StoredStatistics) -> str:
     """A sentence that says where stored points come from."""
+    more = " or more" if any(row.num_trials > stored.num_trials for row in stored.rows) else ""
     return (
-        f"Points of {stored.num_trials} trials are stored results: polychirp {stored.version} "
-        f"computed them on {stored.measured} with seed {stored.seed}."
+        f"Points of {stored.num_trials} trials{more} are stored results: polychirp "
+        f"{stored.version} computed them on {stored.measured} with seed {stored.seed}."
     )
 
 
