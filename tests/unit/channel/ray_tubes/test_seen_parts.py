@@ -24,7 +24,7 @@ def facing(name, x, y=0.0, yaw=np.pi, size=0.2):
 def placed(*actors):
     world = Composite().prepare(around(actors, [(0.0, 0.0, 0.0)]))
     parts = [
-        PlacedPart(part, np.zeros(3), 0.0, body, number)
+        PlacedPart(part, np.zeros(3), 0.0, 0.0, body, number)
         for body, some in enumerate(parts_in_world(world))
         for number, part in enumerate(some)
     ]
