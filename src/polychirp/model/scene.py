@@ -6,7 +6,7 @@ from typing import Literal, Self
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import FloatArray, IntArray
 from polychirp.errors import InputError
 from polychirp.frames import Pose, turned_at_rate
 from polychirp.model.mesh import EMPTY_MESH, Mesh, Plate
@@ -125,6 +125,20 @@ class Scene:
         """The same scene at another time, with every body moved along its velocity."""
         elapsed = time - self.time
         return replace(self, time=time, actors=tuple(a.at(elapsed) for a in self.actors))
+
+    def motion_at(self, actor: IntArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Velocities, m/s, and accelerations, m/s², of actors' matter at places in the world.
+
+        Parameters
+        ----------
+        actor : number of the actor at each place, ``(place,)``
+        point : m, ``(place, xyz)``
+        """
+        origin = np.array([one.pose.position for one in self.actors]).reshape(-1, 3)[actor]
+        yaw_rate = np.array([one.yaw_rate for one in self.actors])[actor]
+        velocity = np.array([one.velocity for one in self.actors]).reshape(-1, 3)[actor]
+        velocity = velocity + turned_at_rate(yaw_rate, point - origin)
+        return velocity, turned_at_rate(yaw_rate, velocity)
 
     def radar_index(self, name: str) -> int:
         """Index in ``radars`` of the radar called ``name``."""

@@ -74,7 +74,6 @@ from polychirp.channel.geometry.retarded_delay import range_acceleration
 from polychirp.channel.scene.transmission import transmission_matrices
 from polychirp.channel.scene.world import RADAR_CLEARANCE, ROLES, World
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.frames import turned_at_rate
 from polychirp.model.paths import Bounce, PropagationPaths
 
 MAX_ZONES_CLEAR: Final = 100.0
@@ -338,15 +337,11 @@ def _acceleration(
     """
     scene = world.scene
     total = np.zeros(len(actor))
-    speed = np.array([one.velocity for one in scene.actors])[actor]
-    place = np.array([one.pose.position for one in scene.actors])[actor]
-    yaw_rate = np.array([one.yaw_rate for one in scene.actors])[actor]
     for radar, leg, way in zip((link.first, link.second), legs, ways, strict=True):
         point = scene.radar_position[radar] + leg
-        moving = speed + turned_at_rate(yaw_rate, point - place)
+        moving, moved = scene.motion_at(actor, point)
         total += range_acceleration(leg, moving - scene.radar_velocity[radar])
-        swerve = turned_at_rate(yaw_rate, moving) - scene.radar_acceleration[radar]
-        total += np.sum(way * swerve, axis=-1)
+        total += np.sum(way * (moved - scene.radar_acceleration[radar]), axis=-1)
     return total
 
 

@@ -80,8 +80,7 @@ def part_echoes(scene: Scene, actor: int, *, frequency: float, pairs: IntArray) 
         actor=np.full(len(pair), actor),
         point=found.point[pair, part],
         scattering=amplitude[pair, part][:, None, None] * np.eye(2),
-        velocity=found.velocity[pair, part],
-        acceleration=found.acceleration[pair, part],
+        motion=(found.velocity[pair, part], found.acceleration[pair, part]),
     )
     bend = np.abs(np.sum(jerk * (paths.departure + paths.arrival), axis=-1))
     coherence = np.minimum(np.cbrt(6.0 / np.maximum(wavenumber * bend, 1e-30)), SHADOW_TIME)

@@ -10,7 +10,6 @@ from polychirp.channel.geometry.retarded_delay import (
     turning,
 )
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.frames import turned_at_rate
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
 
@@ -52,8 +51,7 @@ def echoes_over(
     point: FloatArray,
     scattering: FloatArray | ComplexArray,
     kind: Bounce = Bounce.SCATTERING,
-    velocity: FloatArray | None = None,
-    acceleration: FloatArray | None = None,
+    motion: tuple[FloatArray, FloatArray] | None = None,
 ) -> PropagationPaths:
     r"""One path over each of the given points, which by default move with their actors.
 
@@ -69,12 +67,11 @@ def echoes_over(
     point : position in the world at the time of the scene, m ``(path, xyz)``
     scattering : S, m, ``(path, 2, 2)``; |S|² is the cross section, m², between two polarisations
     kind : kind of bounce at the points
-    velocity, acceleration : of points that move otherwise, both in the world, m/s and m/s²
+    motion : velocity and acceleration of points that move otherwise, in the world, m/s and m/s²
         ``(path, xyz)``; the delay is that of a uniform motion, and accelerations, those of the
         radars too, add to its second derivative
     """
-    if velocity is None or acceleration is None:
-        velocity, acceleration = _carried(scene, actor, point)
+    velocity, acceleration = scene.motion_at(actor, point) if motion is None else motion
     place, speed, swerve = scene.radar_position, scene.radar_velocity, scene.radar_acceleration
     back, back_rate, back_flight = retarded_leg(
         source=point,
@@ -112,12 +109,3 @@ def echoes_over(
         departure_rate=turning(out_flight, legs[0][:, 0], away),
         arrival_rate=-turning(back_flight, legs[1][:, 0], nearer),
     )
-
-
-def _carried(scene: Scene, actor: IntArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Velocities and accelerations of points that actors carry, m/s and m/s² ``(path, xyz)``."""
-    place = np.array([one.pose.position for one in scene.actors])[actor]
-    yaw_rate = np.array([one.yaw_rate for one in scene.actors])[actor]
-    velocity = np.array([one.velocity for one in scene.actors])[actor]
-    velocity = velocity + turned_at_rate(yaw_rate, point - place)
-    return velocity, turned_at_rate(yaw_rate, velocity)
