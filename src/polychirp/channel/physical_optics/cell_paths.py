@@ -120,10 +120,7 @@ def cell_paths(
     point = _ellipse_point(ends[0].image, ends[1].image, ways[0], length)
     legs = [point - end.image for end in ends]
     ends = [_at_point(end, leg, world, body) for end, leg in zip(ends, legs, strict=True)]
-    acceleration = np.zeros(len(number))
-    for end, way, leg in zip(ends, ways, legs, strict=True):
-        acceleration += range_acceleration(leg, end.velocity)
-        acceleration += _dot(way, world.acceleration_at(body, point) - end.acceleration)
+    acceleration = _acceleration(ends, ways, legs, world.acceleration_at(body, point))
     lengths = [np.linalg.norm(leg, axis=-1) for leg in legs]
     for end, way, far in zip(ends, ways, lengths, strict=True):
         drift -= _dot(way, end.velocity) / far
@@ -184,6 +181,20 @@ def _at_edges(end: PathEnds, bend: Unfolded | None, world: World, body: int) -> 
 def _at_point(end: PathEnds, leg: FloatArray, world: World, body: int) -> PathEnds:
     """The ends of paths with the velocities of the body's matter at the ends of ``leg``, m."""
     return end._replace(velocity=end.velocity + turned_at_rate(world.yaw_rate[body], leg))
+
+
+def _acceleration(
+    ends: list[PathEnds], ways: list[FloatArray], legs: list[FloatArray], swerve: FloatArray
+) -> FloatArray:
+    """Second derivatives of the paths' lengths, m/s² ``(path,)``.
+
+    ``swerve`` m/s² ``(path, xyz)`` is the acceleration of the body's matter at the paths' points,
+    to which ``legs`` m go from the images, in the directions ``ways``.
+    """
+    total = np.zeros(len(swerve))
+    for end, way, leg in zip(ends, ways, legs, strict=True):
+        total += range_acceleration(leg, end.velocity) + _dot(way, swerve - end.acceleration)
+    return total
 
 
 def _at_radar(
