@@ -112,10 +112,10 @@ class BentView(View):
 
     @cached_property
     def image_velocity(self) -> FloatArray:
-        """Velocity that takes the place of the image's, for the middle of the body, m/s ``(xyz,)``.
+        """Velocity of the image that the middle of the body sees, m/s ``(xyz,)``.
 
-        A turning body is as fast at the image as `physical_optics.cell_paths` takes it to be at the
-        radar, if this velocity is corrected for the way between them.
+        `cell_paths.velocity_in_views` subtracts it from the velocity that a turning body has at the
+        radar, but lengths change with that at the image. The difference of both is added here.
         """
         seen, yaw_rate = self._from_middle, self.world.yaw_rate[self.body]
         return np.asarray(seen.velocity[0] + turned_at_rate(yaw_rate, self.source - seen.image[0]))

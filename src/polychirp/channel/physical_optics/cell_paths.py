@@ -27,10 +27,10 @@ class PathEnds(NamedTuple):
 
     ``radar`` is its number. ``plate`` is the number of the plate that mirrors it; None if the paths
     have no mirror at this end. ``image`` is the position of the radar's mirror image, or of the
-    radar itself without a plate, m, and ``acceleration`` its, m/s². ``velocity`` is the body's
-    relative to ``image``, m/s, in a frame that turns with the body about ``image``; ``towards`` is
-    the unit vector from ``image`` to the body's centre. ``views`` are the views of all
-    combinations, and ``view`` ``(path,)`` is the number of every path's.
+    radar itself without a plate, m; ``acceleration`` is that of ``image``, m/s². ``velocity`` is
+    the body's relative to ``image``, m/s, first as in `velocity_in_views`, later at the paths'
+    points. ``towards`` is the unit vector from ``image`` to the body's centre. ``views`` are the
+    views of all combinations, and ``view`` ``(path,)`` is the number of every path's.
     """
 
     radar: IntArray

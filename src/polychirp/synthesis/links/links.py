@@ -169,10 +169,10 @@ class _Antenna(NamedTuple):
     @staticmethod
     def of(scene: Scene, radar: int, position: FloatArray, moments: Sequence[float]) -> "_Antenna":
         """Elements of the radar with this number at ``moments``, s, in the time of the scene."""
-        yaw_rate, turn = float(scene.radar_yaw_rate[radar]), scene.radar_rotation[radar]
-        turns = [rotation(yaw_rate * (moment - scene.time)) @ turn for moment in moments]
-        if not yaw_rate:
-            turns = [turn] * len(moments)
+        yaw_rate, turn = scene.actors[scene.carriers[radar]].yaw_rate, scene.radar_rotation[radar]
+        turns = [turn] * len(moments)
+        if yaw_rate:
+            turns = [rotation(yaw_rate * (moment - scene.time)) @ turn for moment in moments]
         return _Antenna(scene.radars[radar].array.pattern, position, turns, yaw_rate)
 
     def ends(self, directions: Sequence[tuple[FloatArray, FloatArray]]) -> list[_End]:
