@@ -69,5 +69,5 @@ def test_a_fluctuating_body_is_found_and_causes_nothing_beside_it(family):
 @pytest.mark.slow
 def test_without_residues_a_fluctuating_body_is_detected_at_other_places(monkeypatch):
     for module in (search, new_points):
-        monkeypatch.setattr(module, "with_residues", lambda _, points, _others: points)
+        monkeypatch.setattr(module, "with_residues", lambda _, points, _others, **_how: points)
     assert detected("equal", 0)[1] >= 3

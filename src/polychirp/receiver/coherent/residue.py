@@ -10,8 +10,8 @@ variation spreads from the body's beat :math:`f_b` as the side lobes of a tone d
 
 and variations that differ from ramp to ramp add up as noise does. At the beats of another point
 they act as a noise power of a sample of :math:`E/KM` times the mean of this limit over the K ramps,
-on each of M channels. A point must stand out of it as of other noise. Ideal points with cells of
-their own leave none.
+on each of M channels. A point must stand out of it as of other noise, and at the end of a search by
+`RESIDUE_MARGIN`. Ideal points with cells of their own leave none.
 
 Equal ramps see the same range profile of a body. What the body's points miss of it repeats with
 these ramps, and adds up in phase at range rates that are folded on the body's own: multiples of
@@ -45,6 +45,13 @@ from polychirp.receiver.coherent.replicas import (
 
 LEAST_OF_SAME = 1.0 - 1e-9
 """Correlation from which two signals are that of one point; rounding makes some 1e-15."""
+
+RESIDUE_MARGIN = 8.0
+"""Ratio of a point's floor to the residues there, at the end of a search. The residues are means
+over all courses that the variation of a body may have, but a body has one of them, which repeats
+over ramps and adds up to more at some places. Chosen on 24 drawn streets of ray-traced vehicles:
+96 frames then have 2 detections without a cause instead of 14 with a ratio of 1, 7 with 2 and 6
+with 4, and all targets and all other vehicles stay."""
 
 SAME_SPEED = 4.0
 """Difference of range rates, in cells λ/2T, below which two points may be of one body; chosen:
@@ -131,9 +138,11 @@ class Bodies:
         return energy
 
 
-def with_residues(seen: Observation, points: Points, others: Bodies) -> Points:
-    """Points whose floors hold the residues there, and whose powers refer to these floors."""
-    floor = points.floor + others.residues(seen, points)
+def with_residues(
+    seen: Observation, points: Points, others: Bodies, *, margin: float = 1.0
+) -> Points:
+    """Points whose floors hold ``margin`` times the residues there, as their powers do."""
+    floor = points.floor + margin * others.residues(seen, points)
     return replace(points, floor=floor, power=points.strength / floor)
 
 

@@ -42,7 +42,7 @@ from polychirp.receiver.coherent.refinement import (
 )
 from polychirp.receiver.coherent.replicas import Replicas, correlations
 from polychirp.receiver.coherent.residual import Residual
-from polychirp.receiver.coherent.residue import Bodies, with_residues
+from polychirp.receiver.coherent.residue import RESIDUE_MARGIN, Bodies, with_residues
 from polychirp.receiver.signal_model.grid import Grid
 
 FALSE_PAIR_PROBABILITY = 1e-5
@@ -152,7 +152,8 @@ def finished(
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
     bodies = Bodies.of(seen, points)
-    kept = standing_out(seen, with_residues(seen, points, bodies), threshold, dynamic_range)
+    tested = with_residues(seen, points, bodies, margin=RESIDUE_MARGIN)
+    kept = standing_out(seen, tested, threshold, dynamic_range)
     if len(kept) < len(points):
         kept, residual = settled(seen, residual.after(seen, kept), kept, sweeps=LAST_SWEEPS)
         kept = standing_out(seen, kept, threshold, dynamic_range)

@@ -1,15 +1,18 @@
 """Residues of bodies: their energy, their side lobes, and their sum over the ramps."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.receiver.coherent import search
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points, without
 from polychirp.receiver.coherent.replicas import BEAT, Replicas, total_products
 from polychirp.receiver.coherent.residue import (
+    RESIDUE_MARGIN,
     Bodies,
     bodies,
     folds,
@@ -173,8 +176,26 @@ def test_floors_hold_the_residues_and_strengths_stay():
     seen, points = drawn_body(np.random.default_rng(76))
     after = with_residues(seen, points, Bodies.of(seen, points))
     assert after.floor == pytest.approx(points.floor + residues(seen, points))
+    wider = with_residues(seen, points, Bodies.of(seen, points), margin=8.0)
+    assert wider.floor == pytest.approx(points.floor + 8.0 * residues(seen, points))
     assert after.strength == pytest.approx(points.strength)
     assert after.floor[4] > points.floor[4]
+
+
+@pytest.mark.parametrize(("over", "is_kept"), [(0.8, False), (1.3, True)])
+def test_at_the_end_of_a_search_a_point_stands_out_of_the_residues_by_a_margin(
+    over, is_kept, monkeypatch
+):
+    """The point alone is ``over`` times the threshold over the margin; the fits are left out."""
+    for name in ("settled", "divided", "pruned"):
+        monkeypatch.setattr(
+            search, name, lambda _seen, left, points, *_more, **_how: (points, left)
+        )
+    seen, points = drawn_body(np.random.default_rng(77))
+    floor = 1.0 + RESIDUE_MARGIN * residues(seen, points)
+    points = replace(points, power=np.append(np.full(4, 1e6), over * 30.0 * floor[4]))
+    kept, _ = search.finished(seen, SimpleNamespace(after=lambda *_: None), points, 30.0, 1e9)
+    assert (points.motion[4].tolist() in kept.motion.tolist()) is is_kept
 
 
 def test_bodies_hold_the_correlated_points_of_a_strongest_one():
