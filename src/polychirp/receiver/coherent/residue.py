@@ -10,8 +10,9 @@ variation spreads from the body's beat :math:`f_b` as the side lobes of a tone d
 
 and variations that differ from ramp to ramp add up as noise does. At the beats of another point
 they act as a noise power of a sample of :math:`E/KM` times the mean of this limit over the K ramps,
-on each of M channels. A point must stand out of it as of other noise, and at the end of a search by
-`RESIDUE_MARGIN`. Ideal points with cells of their own leave none.
+on each of M channels. A point must stand out of it as of other noise, and at the end of a search of
+`RESIDUE_MARGIN` times as much if it does not move with the body. Ideal points with cells of their
+own leave none.
 
 Equal ramps see the same range profile of a body. What the body's points miss of it repeats with
 these ramps, and adds up in phase at range rates that are folded on the body's own: multiples of
@@ -47,11 +48,18 @@ LEAST_OF_SAME = 1.0 - 1e-9
 """Correlation from which two signals are that of one point; rounding makes some 1e-15."""
 
 RESIDUE_MARGIN = 8.0
-"""Ratio of a point's floor to the residues there, at the end of a search. The residues are means
-over all courses that the variation of a body may have, but a body has one of them, which repeats
-over ramps and adds up to more at some places. Chosen on 24 drawn streets of ray-traced vehicles:
-96 frames then have 2 detections without a cause instead of 14 with a ratio of 1, 7 with 2 and 6
-with 4, and all targets and all other vehicles stay."""
+"""Ratio of a point's floor to the residues there, at the end of a search, if it does not move with
+the body. The residues are means over all courses that the variation of a body may have, but a body
+has one of them, which adds up to more at some places. Chosen on drawn streets of ray-traced
+vehicles, as decision 12 says."""
+
+SPREAD_OF_BODY = 1.0
+"""Greatest difference of range rates, m/s, between a point that moves with a body and one of the
+body's strong points. Chosen: parts of a vehicle at some metres have as different ones; errors that
+are taken for points mostly have rates that differ by more."""
+
+WEAKEST_OF_BODY = 0.01
+"""Least energy of a strong point of a body, over that of the strongest; chosen."""
 
 SAME_SPEED = 4.0
 """Difference of range rates, in cells λ/2T, below which two points may be of one body; chosen:
@@ -103,10 +111,11 @@ class Bodies:
             energy=np.array(energy),
         )
 
-    def residues(self, seen: Observation, at: Points) -> FloatArray:
+    def residues(self, seen: Observation, at: Points, *, margin: float = 1.0) -> FloatArray:
         """Noise power of a sample that the bodies leave at points, W, ``(point,)``.
 
         A point's own cell does not count, nor does the body of which it is the strongest point.
+        What a body leaves at points that do not move with it is multiplied by ``margin``.
         """
         out = np.zeros(len(at))
         if not self.numbers:
@@ -120,11 +129,18 @@ class Bodies:
         for number, body in enumerate(self.numbers):
             energy = self._energy_outside(number, in_cell[:, body])
             energy[is_same[:, body[0]]] = 0.0
-            out += energy * side_lobes(seen, here, self.replicas[body[:1]])
+            left = energy * side_lobes(seen, here, self.replicas[body[:1]])
             is_error = ~self.is_alike[body[0], body] & ~in_cell[:, body]
             is_error &= ~is_alike[:, body[:1]]
-            out += np.where(is_error, folded[:, body], 0.0) @ self.strength[body]
+            left += np.where(is_error, folded[:, body], 0.0) @ self.strength[body]
+            out += np.where(self._carries(body, at), 1.0, margin) * left
         return np.asarray(out / (seen.num_used * self.white.shape[1]))
+
+    def _carries(self, body: IntArray, at: Points) -> BoolArray:
+        """Mask of the points that move with a body, ``(point,)``."""
+        is_strong = self.strength[body] >= WEAKEST_OF_BODY * self.strength[body[0]]
+        apart = np.abs(at.motion[:, 1:2] - self.rate[body[is_strong]])
+        return np.asarray(np.min(apart, axis=1) <= SPREAD_OF_BODY, dtype=np.bool_)
 
     def _energy_outside(self, number: int, in_cell: BoolArray) -> FloatArray:
         """Energy of a body that its best single point does not explain, V², ``(point,)``.
@@ -141,8 +157,8 @@ class Bodies:
 def with_residues(
     seen: Observation, points: Points, others: Bodies, *, margin: float = 1.0
 ) -> Points:
-    """Points whose floors hold ``margin`` times the residues there, as their powers do."""
-    floor = points.floor + margin * others.residues(seen, points)
+    """Points whose floors hold the residues there, with ``margin``, as their powers do."""
+    floor = points.floor + others.residues(seen, points, margin=margin)
     return replace(points, floor=floor, power=points.strength / floor)
 
 

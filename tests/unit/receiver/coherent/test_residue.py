@@ -176,24 +176,37 @@ def test_floors_hold_the_residues_and_strengths_stay():
     seen, points = drawn_body(np.random.default_rng(76))
     after = with_residues(seen, points, Bodies.of(seen, points))
     assert after.floor == pytest.approx(points.floor + residues(seen, points))
-    wider = with_residues(seen, points, Bodies.of(seen, points), margin=8.0)
-    assert wider.floor == pytest.approx(points.floor + 8.0 * residues(seen, points))
     assert after.strength == pytest.approx(points.strength)
     assert after.floor[4] > points.floor[4]
 
 
+@pytest.mark.parametrize("rate", [3.5, 8.0])
+def test_points_that_do_not_move_with_a_body_have_floors_with_a_margin(rate):
+    """The body moves at 3 m/s; the point alone is a metre behind it, with this range rate."""
+    seen, points = drawn_body(np.random.default_rng(76))
+    motion = points.motion.copy()
+    motion[4, 1] = rate
+    points = replace(points, motion=motion)
+    after = with_residues(seen, points, Bodies.of(seen, points), margin=8.0)
+    plain = residues(seen, points)
+    assert plain[4] > 0.0
+    factor = np.where(np.abs(motion[:, 1] - 3.0) > 1.5, 8.0, 1.0)
+    assert after.floor == pytest.approx(points.floor + factor * plain)
+
+
 @pytest.mark.parametrize(("over", "is_kept"), [(0.8, False), (1.3, True)])
-def test_at_the_end_of_a_search_a_point_stands_out_of_the_residues_by_a_margin(
+def test_at_the_end_of_a_search_other_points_stand_out_of_the_residues_by_a_margin(
     over, is_kept, monkeypatch
 ):
-    """The point alone is ``over`` times the threshold over the margin; the fits are left out."""
+    """A point at another speed has ``over`` times what it needs; the fits are left out."""
     for name in ("settled", "divided", "pruned"):
-        monkeypatch.setattr(
-            search, name, lambda _seen, left, points, *_more, **_how: (points, left)
-        )
+        monkeypatch.setattr(search, name, lambda _seen, left, same, *_more, **_how: (same, left))
     seen, points = drawn_body(np.random.default_rng(77))
+    motion = points.motion.copy()
+    motion[4, 1] = 8.0
+    points = replace(points, motion=motion)
     floor = 1.0 + RESIDUE_MARGIN * residues(seen, points)
-    points = replace(points, power=np.append(np.full(4, 1e6), over * 30.0 * floor[4]))
+    points = replace(points, power=np.append(1e6 * points.power[:4], over * 30.0 * floor[4]))
     kept, _ = search.finished(seen, SimpleNamespace(after=lambda *_: None), points, 30.0, 1e9)
     assert (points.motion[4].tolist() in kept.motion.tolist()) is is_kept
 
