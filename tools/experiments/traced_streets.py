@@ -37,6 +37,10 @@ FIRST_STREET: Final = 200
 SPREAD_OF_SPEEDS, SPREAD_OF_PLACES = 1.5, 0.3
 """Greatest changes of a vehicle's speed, m/s, and of its place, m."""
 
+SPREAD_OF_INTERVALS: Final = 0.3
+"""Greatest change of the interval at which streets are traced, as a share of it. It moves all
+instants of tracing."""
+
 WAVEFORMS: Final[tuple[WaveformKind, ...]] = ("conventional", "diverse")
 """Waveforms of all radars of a street."""
 
@@ -104,7 +108,7 @@ def traced_streets(
 
 
 def drawn_street(waveform: WaveformKind, number: int) -> Study:
-    """The paper's street whose vehicles have other speeds and places."""
+    """The paper's street whose vehicles have other speeds and places, traced at other instants."""
     study = paper_study(waveform, seed=1 + number)
     draw = np.random.default_rng([77, number])
     vehicles = tuple(
@@ -116,7 +120,9 @@ def drawn_street(waveform: WaveformKind, number: int) -> Study:
         )
         for vehicle in study.street.vehicles
     )
-    return replace(study, street=replace(study.street, vehicles=vehicles))
+    interval = study.refresh_interval * (1.0 + draw.uniform(-1, 1) * SPREAD_OF_INTERVALS)
+    street = replace(study.street, vehicles=vehicles)
+    return replace(study, street=street, refresh_interval=interval)
 
 
 def readings_of(number: int) -> list[Reading]:
