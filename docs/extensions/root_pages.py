@@ -41,8 +41,8 @@ def with_links(text: str, *, source: Path, page: Path) -> str:
     """Text of the file ``source``, with its links changed for the place of its ``page``."""
 
     def link(found: re.Match[str]) -> str:
-        target = page_of((source.parent / found[1]).resolve())
-        return os.path.relpath(target, page.parent) if target.exists() else found[0]
+        file = (source.parent / found[1]).resolve()
+        return os.path.relpath(page_of(file), page.parent) if file.exists() else found[0]
 
     return LINK.sub(link, text)
 
