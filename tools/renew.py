@@ -150,7 +150,7 @@ RECORDS: Final = (
     _table("league", 100),
     _table("statistics", 10),
     _table("receiver", 12),
-    _table("streets", 50, program="street"),
+    _table("streets", 60, program="street"),
     _table("bodies", 4, program="body"),
     Record(
         name="bodies-figure",

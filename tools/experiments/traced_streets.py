@@ -27,9 +27,10 @@ from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import limit_cores
+from polychirp.units import from_db
 
 NUM_STREETS: Final = 200
-"""Number of streets that are drawn; chosen: fifty minutes on two cores."""
+"""Number of streets that are drawn; chosen: an hour on two cores."""
 
 FIRST_STREET: Final = 200
 """Number of the first one: the receiver was made on streets of lower numbers."""
@@ -47,16 +48,20 @@ WAVEFORMS: Final[tuple[WaveformKind, ...]] = ("conventional", "diverse")
 PAIRS: Final = (("vehicle-1", "vehicle-3"), ("vehicle-2", "vehicle-4"))
 """Radars that receive, and the interferer of each."""
 
+MARGINS_DB: Final = (0.0, 9.0)
+"""Residue margins of the receiver, dB: the default, and one that leaves few false detections."""
+
 PAPERS_GHOSTS: Final = 2
 """Number of ghosts by way of the targets in the paper's figure 10a."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreetRow:
-    """Detections of one radar with one waveform, one frame on each street.
+    """Detections of one radar with one waveform and receiver, one frame on each street.
 
     Parameters
     ----------
+    margin_db : the receiver's residue margin, dB
     found : share of the frames in which each target is found, by name
     with_ghosts : share of the frames with at least `PAPERS_GHOSTS` ghosts of indirect interference
     unexplained : mean number of detections per frame that no body, ghost or known path explains
@@ -66,6 +71,7 @@ class StreetRow:
 
     waveform: str
     radar: str
+    margin_db: float
     found: dict[str, Estimate]
     with_ghosts: Estimate
     unexplained: Estimate
@@ -76,7 +82,7 @@ class StreetRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """Score of one radar with one waveform on one frame.
+    """Score of one radar with one waveform and receiver on one frame.
 
     ``is_detected`` and ``is_in_sight`` ``(target,)`` are those of the score, ``natures`` the
     causes of all detections, and ``seconds`` the CPU time of the receiver and of the score.
@@ -84,6 +90,7 @@ class Reading:
 
     waveform: str
     radar: str
+    margin_db: float
     is_detected: tuple[bool, ...]
     is_in_sight: tuple[bool, ...]
     natures: tuple[str, ...]
@@ -96,15 +103,16 @@ def traced_streets(
     num_processes: int = 1,
     progress: Progress = no_progress,
 ) -> tuple[StreetRow, ...]:
-    """Rows of all waveforms and radars, the same for any number of processes."""
-    read: dict[tuple[str, str], list[Reading]] = {}
+    """Rows of all receivers, waveforms and radars, the same for any number of processes."""
+    read: dict[tuple[float, str, str], list[Reading]] = {}
     numbers = range(FIRST_STREET, FIRST_STREET + num_streets)
     with ProcessPoolExecutor(num_processes, mp_context=get_context("spawn")) as pool:
         for count, readings in enumerate(pool.map(readings_of, numbers)):
             progress("streets", count, num_streets)
             for one in readings:
-                read.setdefault((one.waveform, one.radar), []).append(one)
-    return tuple(_row(*key, read[key]) for key in product(WAVEFORMS, (name for name, _ in PAIRS)))
+                read.setdefault((one.margin_db, one.waveform, one.radar), []).append(one)
+    names = [name for name, _ in PAIRS]
+    return tuple(_row(*key, read[key]) for key in product(MARGINS_DB, WAVEFORMS, names))
 
 
 def drawn_street(waveform: WaveformKind, number: int) -> Study:
@@ -126,23 +134,24 @@ def drawn_street(waveform: WaveformKind, number: int) -> Study:
 
 
 def readings_of(number: int) -> list[Reading]:
-    """A frame of each waveform and radar on one street, read in one thread."""
+    """A frame of each waveform and radar on one street, read by each receiver in one thread."""
     limit_cores(1)
     return [
         Reading(
             waveform=waveform,
             radar=one.name,
+            margin_db=margin,
             is_detected=tuple(map(bool, one.score.is_detected)),
             is_in_sight=tuple(map(bool, one.score.is_in_sight)),
             natures=one.score.nature,
             seconds=seconds,
         )
-        for waveform, one, seconds in received_on(number)
+        for waveform, margin, one, seconds in received_on(number)
     ]
 
 
-def received_on(number: int) -> Iterator[tuple[WaveformKind, VictimResult, float]]:
-    """A frame of each waveform and radar on one street, and the seconds that the receiver takes.
+def received_on(number: int) -> Iterator[tuple[WaveformKind, float, VictimResult, float]]:
+    """Waveform, residue margin, result and CPU-seconds of each receiver's frames on one street.
 
     Vehicles move alike with all waveforms, so that one tracing over the longest frame serves all.
     """
@@ -168,26 +177,28 @@ def received_on(number: int) -> Iterator[tuple[WaveformKind, VictimResult, float
             interferers=[scene.radar_index(interferer)],
             streams=Streams(1 + number),
         )
-        begin = time.process_time()
-        one = receive_and_score(
-            CoherentReceiver(),
-            scene,
-            traced,
-            victim=victim,
-            frame=frame,
-            parts=parts,
-            targets=TARGETS_OF_RADAR[name],
-        )
-        yield waveform, one, time.process_time() - begin
+        for margin in MARGINS_DB:
+            begin = time.process_time()
+            one = receive_and_score(
+                CoherentReceiver(residue_margin=from_db(margin)),
+                scene,
+                traced,
+                victim=victim,
+                frame=frame,
+                parts=parts,
+                targets=TARGETS_OF_RADAR[name],
+            )
+            yield waveform, margin, one, time.process_time() - begin
 
 
-def _row(waveform: str, radar: str, readings: list[Reading]) -> StreetRow:
+def _row(margin_db: float, waveform: str, radar: str, readings: list[Reading]) -> StreetRow:
     in_sight = np.array([one.is_in_sight for one in readings])
     hits = np.array([one.is_detected for one in readings]) & in_sight
     natures = [one.natures for one in readings]
     return StreetRow(
         waveform=waveform,
         radar=radar,
+        margin_db=margin_db,
         found={
             name: wilson(hits[:, n].sum() / in_sight[:, n].sum(), in_sight[:, n].sum())
             for n, name in enumerate(TARGETS_OF_RADAR[radar])

@@ -20,10 +20,11 @@ RECORD: Final = "streets.json"
 
 
 def street_table(folder: Path) -> str:
-    """One line for every waveform and radar."""
+    """One line for every residue margin, waveform and radar."""
     rows = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     body = [
         (
+            f"{row['margin_db']:.0f}",
             row["waveform"],
             row["radar"],
             str(row["num_trials"]),
@@ -35,7 +36,7 @@ def street_table(folder: Path) -> str:
         )
         for row in rows
     ]
-    head = ("waveform", "radar", "frames", "found", "two indirect ghosts or more")
+    head = ("margin, dB", "waveform", "radar", "frames", "found", "two indirect ghosts or more")
     return table((*head, "unexplained per frame", "detections per frame", "s per frame"), body)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.clustering import merged
@@ -45,6 +46,10 @@ class CoherentReceiver(SearchSettings):
     Parameters
     ----------
     dynamic_range : power ratio of the map's greatest value to the weakest peak that is tried
+    residue_margin : power ratio by which points that do not move with a strong body stand out of
+        what it leaves there (`residue`) more than they do of noise. With 9 dB instead of 0 dB,
+        passing cars cause hardly any false detections, and of ten vehicles beside interferers of
+        equal slope 0.91 are found instead of 0.96
 
     Examples
     --------
@@ -73,11 +78,16 @@ class CoherentReceiver(SearchSettings):
     """
 
     dynamic_range: Ratio = from_db(60.0)
+    residue_margin: Ratio = 1.0
     kind: Literal["coherent"] = "coherent"
 
     def __post_init__(self) -> None:
         super(CoherentReceiver, self).__post_init__()
         need_dynamic_range(self.dynamic_range)
+        if not self.residue_margin >= 1.0:
+            raise InputError(
+                f"residue_margin is a ratio of {self.residue_margin:g}; choose 1 (0 dB) or more"
+            )
 
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the frame's middle."""
@@ -145,6 +155,7 @@ class CoherentReceiver(SearchSettings):
             threshold=threshold,
             dynamic_range=self.dynamic_range,
             most=self.most_detections,
+            residue_margin=self.residue_margin,
         )
 
     def _detections(

@@ -10,9 +10,10 @@ variation spreads from the body's beat :math:`f_b` as the side lobes of a tone d
 
 and variations that differ from ramp to ramp add up as noise does. At the beats of another point
 they act as a noise power of a sample of :math:`E/KM` times the mean of this limit over the K ramps,
-on each of M channels. A point must stand out of it as of other noise, and at the end of a search of
-`RESIDUE_MARGIN` times as much if it does not move with the body. Ideal points with cells of their
-own leave none.
+on each of M channels. A point must stand out of it as of other noise. Ideal points with cells of
+their own leave none. The limit is a mean over all courses of the variation, but a body has one of
+them, which adds up to more at some places: a margin on it leaves fewer false detections beside
+bodies, and fewer weak bodies beside strong ones.
 
 Equal ramps see the same range profile of a body. What the body's points miss of it repeats with
 these ramps, and adds up in phase at range rates that are folded on the body's own: multiples of
@@ -46,12 +47,6 @@ from polychirp.receiver.coherent.replicas import (
 
 LEAST_OF_SAME = 1.0 - 1e-9
 """Correlation from which two signals are that of one point; rounding makes some 1e-15."""
-
-RESIDUE_MARGIN = 8.0
-"""Ratio of a point's floor to the residues there, at the end of a search, if it does not move with
-the body. The residues are means over all courses that the variation of a body may have, but a body
-has one of them, which adds up to more at some places. Chosen on drawn streets of ray-traced
-vehicles, as decision 12 says."""
 
 SPREAD_OF_BODY = 1.0
 """Greatest difference of range rates, m/s, between a point that moves with a body and one of the

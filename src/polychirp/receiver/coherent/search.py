@@ -42,7 +42,7 @@ from polychirp.receiver.coherent.refinement import (
 )
 from polychirp.receiver.coherent.replicas import Replicas, correlations
 from polychirp.receiver.coherent.residual import Residual
-from polychirp.receiver.coherent.residue import RESIDUE_MARGIN, Bodies, with_residues
+from polychirp.receiver.coherent.residue import Bodies, with_residues
 from polychirp.receiver.signal_model.grid import Grid
 
 FALSE_PAIR_PROBABILITY = 1e-5
@@ -79,6 +79,7 @@ def find_points(
     threshold: float,
     dynamic_range: float,
     most: int,
+    residue_margin: float = 1.0,
 ) -> tuple[Points, Residual, Observation]:
     """Points whose power exceeds ``threshold`` times the noise power of a sample.
 
@@ -90,6 +91,8 @@ def find_points(
     samples : the residual of no points
     dynamic_range : power ratio of the map's greatest value to the weakest peak that is tried
     most : number of points at which the search ends
+    residue_margin : power ratio by which, at the end, points that do not move with a body stand out
+        of what it leaves more than they do of noise
     """
     channels = seen.samples.shape[0]
     points, top = Points.none(channels), 0.0
@@ -127,7 +130,9 @@ def find_points(
         num_rough = num_rough - 1 if num_rough and len(fresh) else 0
         if number == MOST_MAPS:
             _warn_of_peaks(trial(residual), found)
-    points, residual = finished(seen, residual, points, threshold, dynamic_range)
+    points, residual = finished(
+        seen, residual, points, threshold, dynamic_range, margin=residue_margin
+    )
     return points, residual, seen
 
 
@@ -144,7 +149,13 @@ def _warn_of_peaks(trial: Trial, found: Peaks) -> None:
 
 
 def finished(
-    seen: Observation, residual: Residual, points: Points, threshold: float, dynamic_range: float
+    seen: Observation,
+    residual: Residual,
+    points: Points,
+    threshold: float,
+    dynamic_range: float,
+    *,
+    margin: float,
 ) -> tuple[Points, Residual]:
     """The points that are left at the end of a search, fitted once more, and what they leave."""
     points, residual = settled(seen, residual, points, sweeps=LAST_SWEEPS)
@@ -152,7 +163,7 @@ def finished(
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
     bodies = Bodies.of(seen, points)
-    tested = with_residues(seen, points, bodies, margin=RESIDUE_MARGIN)
+    tested = with_residues(seen, points, bodies, margin=margin)
     kept = standing_out(seen, tested, threshold, dynamic_range)
     if len(kept) < len(points):
         kept, residual = settled(seen, residual.after(seen, kept), kept, sweeps=LAST_SWEEPS)

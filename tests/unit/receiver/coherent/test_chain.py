@@ -48,6 +48,11 @@ def test_azimuths_are_found_by_any_of_the_methods(angle):
     assert found.azimuth == pytest.approx(expected, abs=0.005)
 
 
+def test_a_residue_margin_below_0_db_is_refused():
+    with pytest.raises(InputError, match="choose 1 \\(0 dB\\) or more"):
+        CoherentReceiver(residue_margin=0.5)
+
+
 def test_an_unknown_estimator_of_azimuths_is_refused():
     with pytest.raises(InputError, match="not one of root-music, bartlett, capon"):
         CoherentReceiver(angle="music")

@@ -12,7 +12,6 @@ from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points, without
 from polychirp.receiver.coherent.replicas import BEAT, Replicas, total_products
 from polychirp.receiver.coherent.residue import (
-    RESIDUE_MARGIN,
     Bodies,
     bodies,
     folds,
@@ -205,9 +204,11 @@ def test_at_the_end_of_a_search_other_points_stand_out_of_the_residues_by_a_marg
     motion = points.motion.copy()
     motion[4, 1] = 8.0
     points = replace(points, motion=motion)
-    floor = 1.0 + RESIDUE_MARGIN * residues(seen, points)
+    floor = 1.0 + 8.0 * residues(seen, points)
     points = replace(points, power=np.append(1e6 * points.power[:4], over * 30.0 * floor[4]))
-    kept, _ = search.finished(seen, SimpleNamespace(after=lambda *_: None), points, 30.0, 1e9)
+    kept, _ = search.finished(
+        seen, SimpleNamespace(after=lambda *_: None), points, 30.0, 1e9, margin=8.0
+    )
     assert (points.motion[4].tolist() in kept.motion.tolist()) is is_kept
 
 
