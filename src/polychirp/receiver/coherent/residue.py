@@ -12,8 +12,8 @@ and variations that differ from ramp to ramp add up as noise does. At the beats 
 they act as a noise power of a sample of :math:`E/KM` times the mean of this limit over the K ramps,
 on each of M channels. A point must stand out of it as of other noise. Ideal points with cells of
 their own leave none. The limit is a mean over all courses of the variation, but a body has one of
-them, which adds up to more at some places: a margin on it leaves fewer false detections beside
-bodies, and fewer weak bodies beside strong ones.
+them, which adds up to more at some places. With a margin on it, fewer false detections are left
+beside bodies, and more weak bodies beside strong ones are missed.
 
 Equal ramps see the same range profile of a body. What the body's points miss of it repeats with
 these ramps, and adds up in phase at range rates that are folded on the body's own: multiples of
