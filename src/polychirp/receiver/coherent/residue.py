@@ -124,11 +124,11 @@ class Bodies:
         for number, body in enumerate(self.numbers):
             energy = self._energy_outside(number, in_cell[:, body])
             energy[is_same[:, body[0]]] = 0.0
-            left = energy * side_lobes(seen, here, self.replicas[body[:1]])
+            weight = np.where(self._carries(body, at), 1.0, margin)
+            out += weight * (energy * side_lobes(seen, here, self.replicas[body[:1]]))
             is_error = ~self.is_alike[body[0], body] & ~in_cell[:, body]
             is_error &= ~is_alike[:, body[:1]]
-            left += np.where(is_error, folded[:, body], 0.0) @ self.strength[body]
-            out += np.where(self._carries(body, at), 1.0, margin) * left
+            out += weight * (np.where(is_error, folded[:, body], 0.0) @ self.strength[body])
         return np.asarray(out / (seen.num_used * self.white.shape[1]))
 
     def _carries(self, body: IntArray, at: Points) -> BoolArray:
