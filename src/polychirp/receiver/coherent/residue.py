@@ -152,7 +152,10 @@ class Bodies:
 def with_residues(
     seen: Observation, points: Points, others: Bodies, *, margin: float = 1.0
 ) -> Points:
-    """Points whose floors hold the residues there, with ``margin``, as their powers do."""
+    """Points whose floors hold the residues there, and whose powers refer to these floors.
+
+    ``margin`` multiplies what a body leaves at points that do not move with it.
+    """
     floor = points.floor + others.residues(seen, points, margin=margin)
     return replace(points, floor=floor, power=points.strength / floor)
 
