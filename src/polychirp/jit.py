@@ -15,6 +15,8 @@ from typing import Any, Final, TypeVar, cast
 from numba import njit
 from numba.core.dispatcher import Dispatcher
 
+from polychirp.kernel_code import compile_reproducibly
+
 F = TypeVar("F", bound=Callable[..., object])
 
 OPTIONS: Final[dict[str, Any]] = {
@@ -22,9 +24,19 @@ OPTIONS: Final[dict[str, Any]] = {
     "nogil": True,
     "error_model": "numpy",
     "no_cfunc_wrapper": True,
+    "fastmath": False,
+    "forceinline": False,
 }
 """Options of all kernels, in this order: machine code is kept on disk, Python's global lock is
-released, a division by zero gives inf or NaN (IEEE 754), and no entry point for C is made."""
+released, a division by zero gives inf or NaN (IEEE 754), no entry point for C is made, sums are
+taken in the order in which they are written, and the compiler decides what it inlines. What is not
+set here, a kernel would inherit from the one during whose compilation it is first needed."""
+
+IN_ANY_ORDER: Final = frozenset({"reassoc", "contract", "nsz"})
+"""Freedoms of the compiler with sums: their order, fused products, and the sign of zero."""
+
+
+compile_reproducibly()
 
 
 def compiled(function: F) -> F:
@@ -45,19 +57,27 @@ def inlined(function: F) -> F:
     return _without_entry(function, forceinline=True)
 
 
+def fused_inlined(function: F) -> F:
+    """An inlined kernel whose products are added without being rounded before.
+
+    Unlike fast arithmetic, this keeps the order of its sums and differences.
+    """
+    return _without_entry(function, forceinline=True, fastmath={"contract"})
+
+
 def reordered(function: F) -> F:
     """A kernel whose sums may be taken in any order, so that its loops use vector instructions."""
-    return cast("F", njit(**OPTIONS, fastmath={"reassoc", "contract", "nsz"})(function))
+    return cast("F", njit(**{**OPTIONS, "fastmath": set(IN_ANY_ORDER)})(function))
 
 
 def reordered_inner(function: F) -> F:
     """An inner kernel whose sums may be taken in any order."""
-    return _without_entry(function, fastmath={"reassoc", "contract", "nsz"})
+    return _without_entry(function, fastmath=set(IN_ANY_ORDER))
 
 
 def fast(function: F) -> F:
     """A kernel with fast arithmetic: its numbers must be finite, and their rounding may change."""
-    return cast("F", njit(**OPTIONS, fastmath=True)(function))
+    return cast("F", njit(**{**OPTIONS, "fastmath": True})(function))
 
 
 def fast_inlined(function: F) -> F:

@@ -1,9 +1,7 @@
 """Compilation of numba kernels ahead of their use, in parallel, into the cache on disk.
 
 A program that compiles kernels one after another on their first use is slow when it runs for the
-first time, and its results can differ in the last digits from those of later runs, since numba
-inlines a callee that it has just compiled differently from one that it read from the cache. Here
-worker processes compile all kernels first, and the program itself only loads them.
+first time. Here worker processes compile all kernels first, and the program itself only loads them.
 
 Kernels are compiled in parts: a worker calls the Python functions of a part once, on small data.
 Numba finds by itself which kernels and types these functions need. A stamp file in the cache folder
@@ -25,7 +23,7 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -156,12 +154,12 @@ class Stamp:
     ----------
     sources : hash of the names, sizes and times of change of all sources (`source_hash`)
     modules : hash of the content behind every module with kernels (`kernel_modules`)
-    parts : index files in numba's cache of every finished part, each with its kernel's module
+    parts : index files in numba's cache that the compilation of every finished part used
     """
 
     sources: str
     modules: Mapping[str, str]
-    parts: Mapping[str, Mapping[str, str]]
+    parts: Mapping[str, Sequence[str]]
 
 
 def stamp_path() -> Path:
@@ -225,7 +223,7 @@ def missing(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in names if not _is_there(stamp.parts.get(name)))
 
 
-def _is_there(files: Mapping[str, str] | None) -> bool:
+def _is_there(files: Sequence[str] | None) -> bool:
     return files is not None and all(map(os.path.exists, files))
 
 
@@ -233,21 +231,32 @@ def _current_stamp() -> Stamp:
     """The stamp for the present sources; it has no parts if a module with kernels has changed.
 
     Numba looks at the file of a kernel alone, and overlooks a change of a function or a constant
-    that the kernel takes from another file. So cache files of changed modules are deleted here.
+    that the kernel takes from another file. So cache files of changed modules are deleted here,
+    those that no part names too, since kernels are also compiled elsewhere.
     """
     sources, modules = source_hash(), kernel_modules()
     stamp = read_stamp() or Stamp(sources=sources, modules=modules, parts={})
     changed = {name for name in stamp.modules if stamp.modules[name] != modules.get(name)}
     if changed or len(modules) != len(stamp.modules):
-        for files in stamp.parts.values():
-            for path, module in files.items():
-                if module in changed:
-                    Path(path).unlink(missing_ok=True)
+        for path in _index_files(changed):
+            path.unlink(missing_ok=True)
         return Stamp(sources=sources, modules=modules, parts={})
     current = replace(stamp, sources=sources)
     if stamp.sources != sources:
         _write_stamp(current)
     return current
+
+
+def _index_files(modules: Iterable[str]) -> Iterator[Path]:
+    """Index files of all kernels of modules in the folders in which numba may keep them."""
+    from numba.core.caching import _CacheLocator  # here, since it is a slow import
+
+    for module in modules:
+        *packages, name = module.split(".")
+        folder = PACKAGE.parent.joinpath(*packages)
+        inner = _CacheLocator.get_suitable_cache_subpath(str(folder / f"{name}.py"))  # type: ignore[no-untyped-call]
+        for place in (folder / "__pycache__", cache_folder() / inner):
+            yield from place.glob(f"{name}.*.nbi")
 
 
 def kernel_modules() -> dict[str, str]:
@@ -278,8 +287,8 @@ def kernel_modules() -> dict[str, str]:
     }
 
 
-_KERNEL_IMPORT: Final = re.compile(r"^from (polychirp\.jit|numba) import\b", re.MULTILINE)
-"""Import of a decorator of kernels, by which a module with kernels is recognised."""
+_KERNEL_IMPORT: Final = re.compile(r"^from (polychirp\.jit|numba[.\w]*) import\b", re.MULTILINE)
+"""Import of a decorator of kernels or of the compiler, by which such a module is recognised."""
 
 
 def _imports(text: str) -> Iterator[tuple[str, list[str]]]:
@@ -442,19 +451,21 @@ def serve(parts: Mapping[str, Callable[[], None]]) -> None:
         def tell(**row: Any) -> None:
             print(json.dumps(row), file=out, flush=True)
 
-        files: dict[str, str] = {}
+        files: set[str] = set()
         _compile_each_once(Path(sys.argv[1]), files, lambda name: tell(kernel=name))
         for line in sys.stdin:
             files.clear()
             try:
                 parts[line.strip()]()
             except Exception as error:  # the other parts are compiled nevertheless
-                tell(failure=f"{type(error).__name__}: {error}".splitlines()[0], files=files)
+                tell(
+                    failure=f"{type(error).__name__}: {error}".splitlines()[0], files=sorted(files)
+                )
             else:
-                tell(files=files)
+                tell(files=sorted(files))
 
 
-def _compile_each_once(locks: Path, files: dict[str, str], tell: Callable[[str], None]) -> None:
+def _compile_each_once(locks: Path, files: set[str], tell: Callable[[str], None]) -> None:
     """Make numba wait while another worker compiles the same kernel, and then load the kernel."""
     from numba.core.caching import NullCache
     from numba.core.dispatcher import Dispatcher
@@ -472,7 +483,7 @@ def _compile_each_once(locks: Path, files: dict[str, str], tell: Callable[[str],
             entry = original(self, signature)
             if sum(self._cache_misses.values()) > before:
                 tell(f"{module}.{kernel}")
-        files[index] = module
+        files.add(index)
         return entry
 
     Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]

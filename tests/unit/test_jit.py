@@ -1,8 +1,14 @@
-"""Kernels: who may call them."""
+"""Kernels: who may call them, and their arithmetic."""
 
+import re
+from itertools import count
+
+import numba
+import numpy as np
 import pytest
+from numba import complex64
 
-from polychirp.jit import compiled, fast_inlined, inlined, inner
+from polychirp.jit import compiled, fast_inlined, inlined, inner, reordered
 
 
 @inner
@@ -35,3 +41,68 @@ def test_python_does_not_call_inner_kernels(kernel):
     for _ in range(2):
         with pytest.raises(TypeError, match="'@compiled' gives it one"):
             kernel(1.0)
+
+
+@pytest.fixture
+def made(monkeypatch, tmp_path):
+    """Function that makes a kernel with an empty cache: `freedoms` cannot read cached ones."""
+
+    def make(decorator, function):
+        monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / str(next(numbers))))
+        return decorator(function)
+
+    numbers = count()
+    return make
+
+
+def freedoms(kernel):
+    """What the compiler may do with the additions, products and quotients of a kernel."""
+    (text,) = kernel.inspect_llvm().values()
+    return set(re.findall(r"= f(?:add|sub|mul|div)([a-z ]*) (?:float|double) ", text))
+
+
+IN_ORDER, IN_ANY_ORDER = {""}, {" reassoc nsz contract"}
+
+
+@pytest.mark.parametrize(
+    ("function", "is_strict_first"),
+    [(lambda x, y: x * y, True), (lambda x, y: x / y, False)],
+)
+def test_complex_numbers_have_the_arithmetic_of_the_kernel(made, function, is_strict_first) -> None:
+    """It does not depend on which kernel is compiled first.
+
+    Other kernels have no complex numbers of single precision, so that numba compiles the product
+    and the quotient of such numbers here for the first time in a process.
+    """
+    strict, free = made(compiled, function), made(reordered, function)
+    for kernel in (strict, free) if is_strict_first else (free, strict):
+        kernel.compile((complex64, complex64))
+    assert freedoms(strict) == IN_ORDER
+    assert freedoms(free) == IN_ANY_ORDER
+
+
+@pytest.mark.parametrize("caller", [reordered, fast_inlined])
+def test_a_kernel_takes_nothing_over_from_the_one_that_is_compiled_first(made, caller) -> None:
+    """An inner kernel is compiled during the compilation of the first kernel that calls it."""
+    total = made(inner, lambda x: x[0] + x[1] + x[2])
+    calls = made(caller, lambda x: total(x) * 3.0)
+    made(compiled, lambda x: 1.0 + calls(x))(np.ones(3))
+    assert freedoms(total) == IN_ORDER
+    (text,) = total.inspect_llvm().values()
+    assert "alwaysinline" not in text
+
+
+def test_a_kernel_holds_its_own_copies_of_those_that_it_calls(made) -> None:
+    """Copies that a process could take from another kernel would be ``linkonce_odr``."""
+    total = made(inner, lambda x: np.sort(x)[::2].sum())
+    calls = made(compiled, lambda x: total(x) + total(x[1:]))
+    assert calls(np.arange(5.0)) == 10.0
+    (text,) = calls.inspect_llvm().values()
+    assert re.search(r"^define internal .*lambda", text, re.MULTILINE)
+    assert "define linkonce_odr" not in text
+
+
+def test_functions_of_numpy_sum_in_the_written_order(made) -> None:
+    total = made(reordered, lambda x: np.cumsum(x)[-1])
+    total(np.ones(3))
+    assert freedoms(total) == IN_ORDER

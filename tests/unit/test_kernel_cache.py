@@ -3,6 +3,7 @@
 import json
 import os
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -116,6 +117,14 @@ def test_a_change_of_a_number_reaches_the_kernels_that_take_it(toy):
     assert {name.rpartition(".")[2] for name in done.kernels} == {"first", "leaf"}
 
 
+def test_a_change_reaches_kernels_that_no_part_names(toy):
+    compiled(ONE)
+    stamp = kernel_cache.read_stamp()
+    kernel_cache._write_stamp(replace(stamp, parts={}))
+    (toy / "numbers.py").write_text("NUMBER = 22.0\n")
+    assert {name.rpartition(".")[2] for name in compiled(ONE).kernels} == {"first", "leaf"}
+
+
 def test_a_change_of_a_number_behind_that_number_reaches_the_kernels(toy):
     """A module without kernels computes its constant from that of a package, which imports it."""
     before = kernel_modules()
@@ -172,7 +181,7 @@ def test_an_unreadable_stamp_is_none(toy):
 
 
 def test_a_stamp_is_read_as_it_was_written(toy):
-    stamp = Stamp(sources="a", modules={"m": "b"}, parts={"one": {"f": "m"}})
+    stamp = Stamp(sources="a", modules={"m": "b"}, parts={"one": ["f"]})
     kernel_cache._write_stamp(stamp)
     assert kernel_cache.read_stamp() == stamp
 
@@ -183,3 +192,5 @@ def test_kernel_modules_are_those_with_kernels():
     assert "polychirp.channel.geometry.bvh" in names
     assert "polychirp.synthesis.stretch.batch_kernels" in names
     assert "polychirp.study.trial" not in names
+    # a change of the compiler changes all kernels
+    assert "polychirp.kernel_code" in names

@@ -259,7 +259,7 @@ def triangle_distance(triangle: FloatArray, t: int, origin: Vector, direction: V
     return float((vx * qx + vy * qy + vz * qz) * scale)
 
 
-@inner
+@inlined
 def first_hit(
     boxes: Boxes,
     nodes: tuple[int, int],

@@ -260,7 +260,7 @@ def _push_entered(
     return top
 
 
-@compiled
+@inlined
 def nearest_hit(
     bundles: Bundles,
     begin: tuple[int, int],

@@ -49,7 +49,7 @@ class Ray(NamedTuple):
     wave_h: ComplexVector
 
 
-@inner
+@inlined
 def _turned_field(
     field: ComplexVector,
     before: Vector,

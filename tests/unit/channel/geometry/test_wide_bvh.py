@@ -15,7 +15,10 @@ from polychirp.channel.geometry.wide_bvh import (
     nearest_hit,
 )
 from polychirp.errors import InputError
+from tests.support.kernels import callable_from_python
 from tests.support.references.geometry import closest_by_trying_all
+
+_nearest_hit = callable_from_python(nearest_hit)
 
 
 def _rays_and_triangles(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -39,7 +42,7 @@ def _nearest(parts, origins, directions, *, span=(0.0, np.inf), wanted=EITHER_KI
     )
     stack = np.empty(found.stack_size, dtype=np.float32)
     hits = [
-        nearest_hit(
+        _nearest_hit(
             bundles, begin, SearchRay(tuple(o), tuple(d), span, float(-o @ d)), wanted, stack
         )
         for o, d in zip(origins, directions, strict=True)
