@@ -46,10 +46,9 @@ class CoherentReceiver(SearchSettings):
     Parameters
     ----------
     dynamic_range : power ratio of the map's greatest value to the weakest peak that is tried
-    residue_margin : power ratio by which points that do not move with a strong body stand out of
-        what it leaves there (`residue`) more than they do of noise. With 9 dB instead of 0 dB,
-        passing cars cause hardly any false detections, and of ten vehicles beside interferers of
-        equal slope 0.91 are found instead of 0.96
+    residue_margin : power ratio by which points that do not move with a body within 10 m stand out
+        of what it leaves there (`residue`) more than they do of noise. With less than 9 dB, cars
+        that pass nearby cause false detections of other speeds
 
     Examples
     --------
@@ -78,7 +77,7 @@ class CoherentReceiver(SearchSettings):
     """
 
     dynamic_range: Ratio = from_db(60.0)
-    residue_margin: Ratio = 1.0
+    residue_margin: Ratio = from_db(9.0)
     kind: Literal["coherent"] = "coherent"
 
     def __post_init__(self) -> None:

@@ -12,8 +12,10 @@ and variations that differ from ramp to ramp add up as noise does. At the beats 
 they act as a noise power of a sample of :math:`E/KM` times the mean of this limit over the K ramps,
 on each of M channels. A point must stand out of it as of other noise. Ideal points with cells of
 their own leave none. The limit is a mean over all courses of the variation, but a body has one of
-them, which adds up to more at some places. With a margin on it, fewer false detections are left
-beside bodies, and more weak bodies beside strong ones are missed.
+them, which adds up to more at some places. Most do so that pass nearby: they turn in view, so that
+their glints slide over the metal during a frame. With a margin on what near bodies leave at points
+of other speeds, hardly any false detections are left beside these; on farther bodies it would hide
+more weak bodies than it leaves out errors.
 
 Equal ramps see the same range profile of a body. What the body's points miss of it repeats with
 these ramps, and adds up in phase at range rates that are folded on the body's own: multiples of
@@ -56,6 +58,10 @@ are taken for points mostly have rates that differ by more."""
 WEAKEST_OF_BODY = 0.01
 """Least energy of a strong point of a body, over that of the strongest; chosen."""
 
+NEAR_BODY_RANGE = 10.0
+"""Greatest range of a near body's strongest point, m. Chosen: two lengths of a car. Cars that pass
+within it turn in view by one to twelve degrees during a frame."""
+
 SAME_SPEED = 4.0
 """Difference of range rates, in cells λ/2T, below which two points may be of one body; chosen:
 parts of a body that turns or passes differ by some cells."""
@@ -67,7 +73,7 @@ class Bodies:
 
     Parameters
     ----------
-    rate : range rates of the points, m/s, ``(point,)``
+    distance, rate : ranges and range rates of the points, m and m/s, ``(point,)``
     is_alike : mask of pairs of them of one speed, ``(point, point)``
     replicas, white : of the points, and their amplitudes on white channels, V, ``(point, channel)``
     strength : energies of their signals, V², ``(point,)``
@@ -76,6 +82,7 @@ class Bodies:
     energy : that of every body which its best single point does not explain, V², ``(body,)``
     """
 
+    distance: FloatArray
     rate: FloatArray
     is_alike: BoolArray
     replicas: Replicas
@@ -96,6 +103,7 @@ class Bodies:
         numbers = bodies(points.strength, np.maximum(coupling, repeated))
         energy = [unexplained(gram[np.ix_(own, own)], white[own]) for own in numbers]
         return cls(
+            distance=np.abs(points.motion[:, 0]),
             rate=rate,
             is_alike=_of_one_speed(seen, rate, rate),
             replicas=replicas,
@@ -110,7 +118,7 @@ class Bodies:
         """Noise power of a sample that the bodies leave at points, W, ``(point,)``.
 
         A point's own cell does not count, nor does the body of which it is the strongest point.
-        What a body leaves at points that do not move with it is multiplied by ``margin``.
+        What a near body leaves at points that do not move with it is multiplied by ``margin``.
         """
         out = np.zeros(len(at))
         if not self.numbers:
@@ -124,7 +132,8 @@ class Bodies:
         for number, body in enumerate(self.numbers):
             energy = self._energy_outside(number, in_cell[:, body])
             energy[is_same[:, body[0]]] = 0.0
-            weight = np.where(self._carries(body, at), 1.0, margin)
+            is_near = self.distance[body[0]] <= NEAR_BODY_RANGE
+            weight = np.where(is_near & ~self._carries(body, at), margin, 1.0)
             out += weight * (energy * side_lobes(seen, here, self.replicas[body[:1]]))
             is_error = ~self.is_alike[body[0], body] & ~in_cell[:, body]
             is_error &= ~is_alike[:, body[:1]]
@@ -154,7 +163,7 @@ def with_residues(
 ) -> Points:
     """Points whose floors hold the residues there, and whose powers refer to these floors.
 
-    ``margin`` multiplies what a body leaves at points that do not move with it.
+    ``margin`` multiplies what a near body leaves at points that do not move with it.
     """
     floor = points.floor + others.residues(seen, points, margin=margin)
     return replace(points, floor=floor, power=points.strength / floor)

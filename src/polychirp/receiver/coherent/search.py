@@ -91,8 +91,8 @@ def find_points(
     samples : the residual of no points
     dynamic_range : power ratio of the map's greatest value to the weakest peak that is tried
     most : number of points at which the search ends
-    residue_margin : power ratio by which, at the end, points that do not move with a body stand out
-        of what it leaves more than they do of noise
+    residue_margin : power ratio by which, at the end, points that do not move with a near body
+        stand out of what it leaves more than they do of noise
     """
     channels = seen.samples.shape[0]
     points, top = Points.none(channels), 0.0

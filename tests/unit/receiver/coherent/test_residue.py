@@ -64,10 +64,10 @@ def drawn_amplitudes(draw, power):
     return value * np.sqrt(power / np.mean(np.abs(value) ** 2, axis=1))[:, None]
 
 
-def drawn_body(draw, count=4):
-    """Points around 12 m and 3 m/s, within half a cell, and one alone 6 cells behind them."""
+def drawn_body(draw, count=4, distance=12.0):
+    """Points around a distance and 3 m/s, within half a cell, and one alone 6 cells behind them."""
     offset = draw.uniform(-0.5, 0.5, (count, 2)) * CELL
-    motion = np.vstack([np.array([12.0, 3.0]) + offset, [12.0 + 6 * CELL[0], 3.5]])
+    motion = np.vstack([np.array([distance, 3.0]) + offset, [distance + 6 * CELL[0], 3.5]])
     power = np.append(draw.uniform(0.5, 1.0, count), 0.1)
     seen = observed()
     return seen, points_at(seen, motion, drawn_amplitudes(draw, power))
@@ -179,17 +179,17 @@ def test_floors_hold_the_residues_and_strengths_stay():
     assert after.floor[4] > points.floor[4]
 
 
-@pytest.mark.parametrize("rate", [3.5, 8.0])
-def test_points_that_do_not_move_with_a_body_have_floors_with_a_margin(rate):
+@pytest.mark.parametrize(("rate", "distance"), [(3.5, 8.0), (8.0, 8.0), (8.0, 12.0)])
+def test_points_that_do_not_move_with_a_near_body_have_floors_with_a_margin(rate, distance):
     """The body moves at 3 m/s; the point alone is a metre behind it, with this range rate."""
-    seen, points = drawn_body(np.random.default_rng(76))
+    seen, points = drawn_body(np.random.default_rng(76), distance=distance)
     motion = points.motion.copy()
     motion[4, 1] = rate
     points = replace(points, motion=motion)
     after = with_residues(seen, points, Bodies.of(seen, points), margin=8.0)
     plain = residues(seen, points)
     assert plain[4] > 0.0
-    factor = np.where(np.abs(motion[:, 1] - 3.0) > 1.5, 8.0, 1.0)
+    factor = np.where((np.abs(motion[:, 1] - 3.0) > 1.5) & (distance < 10.0), 8.0, 1.0)
     assert after.floor == pytest.approx(points.floor + factor * plain)
 
 
@@ -200,7 +200,7 @@ def test_at_the_end_of_a_search_other_points_stand_out_of_the_residues_by_a_marg
     """A point at another speed has ``over`` times what it needs; the fits are left out."""
     for name in ("settled", "divided", "pruned"):
         monkeypatch.setattr(search, name, lambda _seen, left, same, *_more, **_how: (same, left))
-    seen, points = drawn_body(np.random.default_rng(77))
+    seen, points = drawn_body(np.random.default_rng(77), distance=8.0)
     motion = points.motion.copy()
     motion[4, 1] = 8.0
     points = replace(points, motion=motion)
