@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.jit import reordered
+from polychirp.jit import inlined, reordered
 from polychirp.receiver.coherent.coherent_map import MapLimits
 from polychirp.receiver.coherent.noise import medians
 from polychirp.receiver.coherent.observation import Observation
@@ -54,6 +54,10 @@ SHARE_OF_RAMPS = 0.8
 """Share of the ramps on which it must have that power; chosen: one half of them, all rising or all
 falling, have the beats of another point by chance, and a burst may hide it on some."""
 
+SHARE_OF_KIND = 0.5
+"""Share of the rising or of the falling ramps on which a fast point must have that power after
+points within the limits are subtracted; chosen: those that stand for it take less."""
+
 GREATEST_DIFFERENCE = 2.0
 """Mean power on rising over that on falling ramps, or the inverse, of a fast point at most; chosen:
 most pairs of beats of two points differ by more."""
@@ -81,7 +85,7 @@ def with_fast_points(
     left = residual.spectra.hann_power(seen, BINS_PER_BEAT)
     noise = np.maximum(medians(left), np.finfo(np.float32).tiny)
     least = np.maximum(LEAST_ON_A_RAMP * noise, LEAST_SHARE * np.max(power, axis=1))
-    fast = _fast_rates(seen, left / least[:, None], limits.range_rate)
+    fast = _fast_rates(seen, power / least[:, None], left / least[:, None], limits.range_rate)
     return replace(limits, range_rate=_widened(limits.range_rate, fast))
 
 
@@ -113,16 +117,20 @@ def _strong_ranges(
 
 
 def _fast_rates(
-    seen: Observation, power: NDArray[np.float32], limits: tuple[float, float]
+    seen: Observation,
+    power: NDArray[np.float32],
+    left: NDArray[np.float32],
+    limits: tuple[float, float],
 ) -> FloatArray:
     """Range rates beyond the limits at which strong points may be, with a margin, m/s.
 
-    ``power`` of strong points is above 1.
+    ``power`` of strong points is above 1, and so is ``left``, what other points leave of it.
     """
-    stands_out = np.max(power, axis=1) >= 1.0
-    if np.count_nonzero(~stands_out) > missing_ramps(len(power)):
-        return np.zeros(0)  # no place can stand out on enough ramps
     times, slope = seen.model.times, seen.model.schedule.slope
+    stands_out = np.max(left, axis=1) >= 1.0
+    kinds = [stands_out[kind] for kind in (slope > 0.0, slope <= 0.0) if np.any(kind)]
+    if all(np.mean(kind) < SHARE_OF_KIND for kind in kinds):
+        return np.zeros(0)  # no place can stand out on enough ramps
     cell, bins = seen.range_cell, power.shape[1] / times.rate
     step = cell * float(np.min(np.abs(slope)) / np.mean(seen.frequency))
     rate = np.concatenate(
@@ -131,7 +139,7 @@ def _fast_rates(
     by_range = 2.0 / SPEED_OF_LIGHT * slope
     by_rate = 2.0 / SPEED_OF_LIGHT * (slope * (seen.middle - seen.model.time) + seen.frequency)
     is_there = _stand_out(
-        power,
+        (power, left),
         slope > 0.0,
         (by_range * bins, by_rate * bins),
         (_ranges_in_band(seen, 0.5 * cell), rate),
@@ -155,36 +163,65 @@ def _ranges_in_band(seen: Observation, step: float) -> FloatArray:
 
 @reordered
 def _stand_out(
-    power: Any, rises: Any, per_bin: Any, axes: Any, limits: Any
+    powers: Any, rises: Any, per_bin: Any, axes: Any, limits: Any
 ) -> Any:  # pragma: no cover - compiled
     """Mask of the range rates at which a point at any range stands out of enough ramps.
 
+    It does so before points are subtracted, and afterwards on all ramps or on those of one kind.
+
     Parameters
     ----------
-    power : over the least power that stands out, ``(ramp, bin)``
+    powers : of the samples and of what points leave, over the least power that stands out, each
+        ``(ramp, bin)``
     per_bin : bins per metre and per metre per second, ``(ramp,)``
     axes : ranges, m, and range rates, m/s
     limits : number of ramps that may miss the point, greatest ratio of the powers of rising and
         falling ones
     """
+    power, left = powers
     allowed, ratio = limits
     ramps, size = power.shape
     out = np.zeros(axes[1].size, dtype=np.bool_)
+    # of falling and of rising ramps: their number, sums of powers, number of those that stand out
+    number, before, after, shown = np.zeros(2), np.empty(2), np.empty(2), np.empty(2)
+    for k in range(ramps):
+        number[1 if rises[k] else 0] += 1.0
     for v in range(axes[1].size):
         for r in range(axes[0].size):
-            missed, total, number = 0, np.zeros(2), np.zeros(2)
+            missed = 0
+            before[:], after[:], shown[:] = 0.0, 0.0, 0.0
             for k in range(ramps):
                 place = per_bin[0][k] * axes[0][r] + per_bin[1][k] * axes[1][v]
                 is_in_band = abs(place) < 0.5 * size
-                value = power[k, int(np.rint(place)) % size] if is_in_band else 0.0
-                missed += value < 1.0
+                b, side = int(np.rint(place)) % size, 1 if rises[k] else 0
+                missed += not is_in_band or power[k, b] < 1.0
                 if missed > allowed:
                     break
-                side = 1 if rises[k] else 0
-                total[side] += value
-                number[side] += 1.0
+                if is_in_band:
+                    before[side] += power[k, b]
+                    after[side] += left[k, b]
+                    shown[side] += left[k, b] >= 1.0
             if missed <= allowed:
-                mean = total / np.maximum(number, 1.0)
-                is_even = max(mean[0], mean[1]) <= ratio * min(mean[0], mean[1])
-                out[v] = out[v] or is_even or min(number[0], number[1]) == 0.0
+                on_all = shown[0] + shown[1] >= ramps - allowed
+                out[v] = (
+                    out[v]
+                    or (on_all and _is_even(after, number, ratio))
+                    or (_is_on_one_kind(shown, number) and _is_even(before, number, ratio))
+                )
     return out
+
+
+@inlined
+def _is_on_one_kind(shown: Any, number: Any) -> bool:  # pragma: no cover - compiled
+    """True if enough of the falling or enough of the rising ramps show a point."""
+    falling, rising = SHARE_OF_KIND * number[0], SHARE_OF_KIND * number[1]
+    return bool(shown[0] >= max(falling, 1.0) or shown[1] >= max(rising, 1.0))
+
+
+@inlined
+def _is_even(total: Any, number: Any, ratio: float) -> bool:  # pragma: no cover - compiled
+    """True if the mean powers of falling and of rising ramps differ by a ratio at most."""
+    if min(number[0], number[1]) == 0.0:
+        return True
+    falling, rising = total[0] / number[0], total[1] / number[1]
+    return bool(max(falling, rising) <= ratio * min(falling, rising))

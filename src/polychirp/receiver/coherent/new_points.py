@@ -1,7 +1,8 @@
 """New points at the peaks of a map, before they are fitted together with all others.
 
 A peak is tried once in a search. It gives a new point if the residual there, after a search of the
-acceleration, has the power of a point and all ramps agree that it is one.
+acceleration, has the power of a point and all ramps agree that it is one. Where the powers of all
+ramps together are too low for a point, no acceleration is looked for.
 """
 
 from dataclasses import dataclass, replace
@@ -90,6 +91,12 @@ class Trial:
             is_tried=is_tried,
         )
 
+    def after(self, residual: Residual) -> "Trial":
+        """The trial of the same peaks in another residual."""
+        if residual is self.residual:
+            return self
+        return replace(self, residual=residual, bodies=Bodies.of(self.seen, residual.points))
+
     def left(self, found: Peaks) -> Peaks:
         """The peaks that have not been tried."""
         return found[~self.is_tried[tuple(found.cell.T)]]
@@ -103,13 +110,27 @@ class Trial:
         for i, j in found.cell:
             self.is_tried[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2] = True
 
+    def may_show_points(self, found: Peaks) -> BoolArray:
+        """Mask of the peaks at which an acceleration may show points, ``(peak,)``.
+
+        At the others, no phases from ramp to ramp give the power of a point that stands out of what
+        the bodies leave there.
+        """
+        start = _at(found, self.seen)
+        most = Agreement.at(self.seen, self.residual, start).greatest_power(start.floor)
+        floor = with_residues(self.seen, start, self.bodies).floor
+        return np.asarray(most > self.threshold * floor, dtype=np.bool_)
+
     def starts(self, found: Peaks) -> tuple[Points, BoolArray]:
-        """Points at the peaks, accelerated where this helps, and a mask of those that are points.
+        """Starts at the peaks, accelerated where this helps, and a mask of those that are points.
 
         They have the amplitudes that fit there. Their floors hold what the bodies leave that are
         subtracted from the residual.
         """
-        start = accelerated(self.seen, self.residual, _at(found, self.seen), self.accelerations)
+        start = _at(found, self.seen)
+        if not len(start):
+            return start, np.zeros(0, dtype=np.bool_)
+        start = accelerated(self.seen, self.residual, start, self.accelerations)
         start = with_residues(self.seen, fitted(self.seen, self.residual, start), self.bodies)
         shown = Agreement.at(self.seen, self.residual, start)
         return start, shown.shows_points(start.floor, self.threshold)
@@ -154,9 +175,11 @@ def plain_points(trial: Trial, found: Peaks, fresh: Points) -> tuple[Points, boo
     is_bright = found.power >= GREATEST_SPREAD * np.max(fresh.strength, initial=0.0)
     found = bright_points(trial, apart(trial.seen, found[is_bright], fresh))
     tried = found[distinct(trial.seen, _motion(found), found.power)]
+    if not len(tried.power):
+        return fresh, False
     trial.mark(tried)
-    start, is_point = trial.starts(tried)
-    return fresh + start[is_point], len(start) > 0
+    start, is_point = trial.starts(tried[trial.may_show_points(tried)])
+    return fresh + start[is_point], True
 
 
 def bright_points(trial: Trial, found: Peaks) -> Peaks:
@@ -183,8 +206,11 @@ def smeared_points(trial: Trial, found: Peaks) -> Points:
     found = found[np.argsort(-found.power, kind="stable")[:MOST_SMEARED]]
     if not len(found.power) or trial.shows_points(found[:1])[0]:
         return Points.none(trial.seen.samples.shape[0])
+    may_be = trial.may_show_points(found)
+    trial.mark(found[~may_be])
+    found = found[may_be]
     start, is_point = trial.starts(found)
-    if not np.any(is_point):
+    if len(found.power) and not np.any(is_point):
         trial.mark(found)
         # one start suffices: the strongest peaks are mostly those of one body
         motion = likeliest_motions(trial.seen, trial.residual, _at(found[:1], trial.seen))

@@ -78,7 +78,9 @@ class Bodies:
     replicas, white : of the points, and their amplitudes on white channels, V, ``(point, channel)``
     strength : energies of their signals, V², ``(point,)``
     gram : sums of the products of their signals of amplitude 1, ``(point, point)``
-    numbers : of the points of every body, the strongest one first
+    members : numbers of the points of all bodies, one body after the other, the strongest point of
+        each first, ``(member,)``
+    begin : places in ``members`` at which the bodies begin, ``(body,)``
     energy : that of every body which its best single point does not explain, V², ``(body,)``
     """
 
@@ -89,7 +91,8 @@ class Bodies:
     white: ComplexArray
     strength: FloatArray
     gram: ComplexArray
-    numbers: list[IntArray]
+    members: IntArray
+    begin: IntArray
     energy: FloatArray
 
     @classmethod
@@ -110,7 +113,8 @@ class Bodies:
             white=white,
             strength=np.sum(np.abs(white) ** 2, axis=1) * size,
             gram=gram,
-            numbers=numbers,
+            members=np.concatenate([np.zeros(0, dtype=np.int64), *numbers]),
+            begin=np.cumsum([0, *map(len, numbers)])[:-1],
             energy=np.array(energy),
         )
 
@@ -120,42 +124,58 @@ class Bodies:
         A point's own cell does not count, nor does the body of which it is the strongest point.
         What a near body leaves at points that do not move with it is multiplied by ``margin``.
         """
-        out = np.zeros(len(at))
-        if not self.numbers:
-            return out
+        if not self.begin.size:
+            return np.zeros(len(at))
+        members, strongest = self.members, self.members[self.begin]
         here = Replicas.of(seen, at)
         is_alike = _of_one_speed(seen, at.motion[:, 1], self.rate)
         coupling = correlations(seen, here, self.replicas)
-        folded = folds(seen, here, self.replicas)
         is_same = coupling >= LEAST_OF_SAME
-        in_cell = is_same | ((coupling > LEAST_REDUNDANCY) & is_alike)
-        for number, body in enumerate(self.numbers):
-            energy = self._energy_outside(number, in_cell[:, body])
-            energy[is_same[:, body[0]]] = 0.0
-            is_near = self.distance[body[0]] <= NEAR_BODY_RANGE
-            weight = np.where(is_near & ~self._carries(body, at), margin, 1.0)
-            out += weight * (energy * side_lobes(seen, here, self.replicas[body[:1]]))
-            is_error = ~self.is_alike[body[0], body] & ~in_cell[:, body]
-            is_error &= ~is_alike[:, body[:1]]
-            out += weight * (np.where(is_error, folded[:, body], 0.0) @ self.strength[body])
-        return np.asarray(out / (seen.num_used * self.white.shape[1]))
+        in_cell = (is_same | ((coupling > LEAST_REDUNDANCY) & is_alike))[:, members]
+        energy = np.where(is_same[:, strongest], 0.0, self._energies_outside(in_cell))
+        energy *= side_lobes(seen, here, self.replicas[strongest])
+        is_error = ~self._moves_as_strongest & ~in_cell
+        errors = np.where(is_error, folds(seen, here, self.replicas)[:, members], 0.0)
+        errors = np.add.reduceat(errors * self.strength[members], self.begin, axis=1)
+        energy += np.where(is_alike[:, strongest], 0.0, errors)
+        is_near = self.distance[strongest] <= NEAR_BODY_RANGE
+        weight = np.where(is_near & ~self._carries(at), margin, 1.0)
+        return np.asarray((weight * energy).sum(axis=1) / (seen.num_used * self.white.shape[1]))
 
-    def _carries(self, body: IntArray, at: Points) -> BoolArray:
-        """Mask of the points that move with a body, ``(point,)``."""
-        is_strong = self.strength[body] >= WEAKEST_OF_BODY * self.strength[body[0]]
-        apart = np.abs(at.motion[:, 1:2] - self.rate[body[is_strong]])
-        return np.asarray(np.min(apart, axis=1) <= SPREAD_OF_BODY, dtype=np.bool_)
+    @property
+    def _leaders(self) -> IntArray:
+        """Number of the strongest point of every member's body, ``(member,)``."""
+        return np.repeat(self.members[self.begin], self._sizes)
 
-    def _energy_outside(self, number: int, in_cell: BoolArray) -> FloatArray:
-        """Energy of a body that its best single point does not explain, V², ``(point,)``.
+    @property
+    def _sizes(self) -> IntArray:
+        """Number of the members of every body, ``(body,)``."""
+        return np.diff(self.begin, append=self.members.size)
+
+    @property
+    def _moves_as_strongest(self) -> BoolArray:
+        """Mask of the members that have the speed of their body's strongest point."""
+        return np.asarray(self.is_alike[self._leaders, self.members])
+
+    def _carries(self, at: Points) -> BoolArray:
+        """Mask of the points that move with a body, ``(point, body)``."""
+        is_strong = self.strength[self.members] >= WEAKEST_OF_BODY * self.strength[self._leaders]
+        moves_alike = np.abs(at.motion[:, 1:2] - self.rate[self.members]) <= SPREAD_OF_BODY
+        return np.logical_or.reduceat(moves_alike & is_strong, self.begin, axis=1)
+
+    def _energies_outside(self, in_cell: BoolArray) -> FloatArray:
+        """Energies of bodies that their best single points do not explain, V², ``(point, body)``.
 
         Members in the cells of points, ``in_cell`` ``(point, member)``, do not count for these.
         """
-        energy = np.full(len(in_cell), self.energy[number])
-        for n in np.flatnonzero(np.any(in_cell, axis=1)):
-            others = self.numbers[number][~in_cell[n]]
-            energy[n] = unexplained(self.gram[np.ix_(others, others)], self.white[others])
-        return energy
+        energies = np.tile(self.energy, (len(in_cell), 1))
+        shared = np.logical_or.reduceat(in_cell, self.begin, axis=1)
+        end = self.begin + self._sizes
+        for n, body in zip(*np.nonzero(shared), strict=True):
+            own = slice(self.begin[body], end[body])
+            others = self.members[own][~in_cell[n, own]]
+            energies[n, body] = unexplained(self.gram[np.ix_(others, others)], self.white[others])
+        return energies
 
 
 def with_residues(
@@ -186,15 +206,15 @@ def bodies(strength: FloatArray, coupling: FloatArray) -> list[IntArray]:
     return found
 
 
-def side_lobes(seen: Observation, every: Replicas, tone: Replicas) -> FloatArray:
-    """Limit of the power at every point's beats of a tone at other beats, ``(point,)``.
+def side_lobes(seen: Observation, every: Replicas, tones: Replicas) -> FloatArray:
+    """Limits of the power at every point's beats of tones at other beats, ``(point, tone)``.
 
-    It is relative to the tone's own power, and a mean over the ramps.
+    They are relative to the tones' own powers, and means over the ramps.
     """
-    times = seen.model.times
-    apart = np.abs(every.track[:, BEAT] - tone.track[:, BEAT]) * times.num_samples / times.rate
-    lobe = 1.0 / np.maximum(np.pi * apart, 1.0) ** 2
-    return np.asarray(lobe[:, seen.count > 0].mean(axis=1))
+    times, is_used = seen.model.times, seen.count > 0
+    reach = (np.pi * times.num_samples / times.rate)[is_used]
+    beat, other = every.track[:, None, BEAT, is_used], tones.track[:, BEAT, is_used]
+    return np.asarray(np.mean(1.0 / np.maximum(reach * np.abs(beat - other), 1.0) ** 2, axis=-1))
 
 
 def folds(seen: Observation, first: Replicas, second: Replicas) -> FloatArray:

@@ -5,9 +5,7 @@ each set of new points all points are fitted again, and the map of what they lea
 """
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -112,10 +110,8 @@ def find_points(
         found = peaks(seen_map, axes, threshold)
         is_possible = keeps_away(seen, found.range, found.range_rate)
         found = found[is_possible & (found.power * dynamic_range >= top)]
-        trial = partial(
-            Trial.of, seen_map, accelerations=accelerations, threshold=threshold, is_tried=is_tried
-        )
-        fresh = new_points(trial(residual), found)
+        trial = Trial.of(seen_map, residual, accelerations, threshold=threshold, is_tried=is_tried)
+        fresh = new_points(trial, found)
         if num_rough == 0 and (not len(fresh) or len(points) >= most):
             before = residual
             points, residual = uncrossed(seen, residual, points)
@@ -124,12 +120,12 @@ def find_points(
                 break
             continue
         if num_rough == 0:
-            points, residual = all_added(trial, residual, points, found, fresh, most=most)
+            points, residual = all_added(trial, points, found, fresh, most=most)
         elif len(fresh):
             points, residual = added(seen, residual, points, fresh)
         num_rough = num_rough - 1 if num_rough and len(fresh) else 0
         if number == MOST_MAPS:
-            _warn_of_peaks(trial(residual), found)
+            _warn_of_peaks(trial.after(residual), found)
     points, residual = finished(
         seen, residual, points, threshold, dynamic_range, margin=residue_margin
     )
@@ -238,8 +234,7 @@ def keeps_away(seen: Observation, distance: FloatArray, rate: FloatArray) -> Boo
 
 
 def all_added(
-    trial_of: Callable[[Residual], Trial],
-    residual: Residual,
+    trial: Trial,
     points: Points,
     found: Peaks,
     fresh: Points,
@@ -253,13 +248,12 @@ def all_added(
     """
     found = found[found.power >= GREATEST_SPREAD * np.max(fresh.strength)]
     while len(fresh) and len(points) < most:
-        trial = trial_of(residual)
         fresh = further_points(trial, found, fresh)
-        points, residual = added(trial.seen, residual, points, fresh)
-        trial = trial_of(residual)
+        points, residual = added(trial.seen, trial.residual, points, fresh)
+        trial = trial.after(residual)
         found = still_shown(trial, apart(trial.seen, found, fresh))
         fresh, _ = plain_points(trial, found, Points.none(points.amplitude.shape[1]))
-    return points, residual
+    return points, trial.residual
 
 
 def added(

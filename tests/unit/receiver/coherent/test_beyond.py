@@ -1,5 +1,6 @@
-"""Strong points outside of the limits of range."""
+"""Strong points outside of the limits of range and of range rate."""
 
+import numpy as np
 import pytest
 
 from polychirp.receiver.coherent.beyond import (
@@ -99,3 +100,40 @@ def test_the_search_reaches_a_point_faster_than_the_limits(family):
     assert fastest == 32.0
     pair = HandPoint(range=5.0, power=5.0), HandPoint(range=25.0, power=20.0)
     assert rates(*pair) == (-32.0, 32.0)
+
+
+@pytest.mark.parametrize("is_weakened", ["rises", "falls"])
+def test_a_fast_point_may_be_left_on_the_ramps_of_one_kind(is_weakened):
+    """Points within the limits have taken 20 dB of it on the ramps of the other kind."""
+    frame = frame_with(FAMILIES[0], HandPoint(range=12.0, range_rate=-50.0, power=5.0))
+    seen, _, power = observed(frame)
+    weakened = (frame.schedule.slope > 0.0) == (is_weakened == "rises")
+    left = frame.samples * np.where(weakened, 0.1, 1.0)[:, None]
+    _, residual, _ = observed(frame.with_samples(left))
+    slowest, fastest = with_fast_points(seen, power, residual, LIMITS).range_rate
+    assert -55.0 < slowest < -50.0
+    assert fastest == 32.0
+    _, nothing, _ = observed(frame.with_samples(0.1 * frame.samples))
+    assert with_fast_points(seen, power, nothing, LIMITS) == LIMITS
+
+
+@pytest.mark.slow
+def test_fast_points_do_not_fill_the_map_of_equal_triangles():
+    """Forty drawn places, speeds and powers; the target is up to 55 dB below the fast point."""
+    found = []
+    for seed in range(40):
+        draw = np.random.default_rng([79, seed])
+        fast = HandPoint(
+            range=draw.uniform(8.0, 28.0),
+            range_rate=draw.uniform(34.0, 90.0) * draw.choice([-1.0, 1.0]),
+            azimuth=draw.uniform(-0.5, 0.5),
+            power=10.0 ** draw.uniform(2.5, 4.5),
+        )
+        target = HandPoint(
+            range=draw.uniform(4.0, 25.0), range_rate=draw.uniform(-20.0, 20.0), power=0.1
+        )
+        frame = frame_with(FAMILIES[0], fast, target)
+        detected = CoherentReceiver().detect(frame).range
+        true = true_motions(frame.schedule, [target])[:, 0]
+        found.append(detected.shape == (1,) and np.allclose(detected, true, atol=5e-3))
+    assert np.mean(found) >= 0.95

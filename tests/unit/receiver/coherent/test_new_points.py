@@ -1,6 +1,7 @@
 """Peaks that are tried as new points, once and one after the other where they share beats."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -114,6 +115,53 @@ def test_peaks_that_show_no_points_are_tried_where_the_strongest_is_one_of_them(
     assert ranges(smeared_points(trial, found)) == pytest.approx([12.3], abs=0.3)
     order = np.argsort(-found.power)[:MOST_SMEARED]
     assert np.mean(trial.is_tried[tuple(found.cell[order].T)]) > 0.5
+
+
+def strongest(found, count=40):
+    return found[np.argsort(-found.power, kind="stable")[:count]]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_peaks_may_show_points_wherever_a_search_of_the_acceleration_finds_one(seed):
+    """Bodies that pass nearby, whose peaks are too weak for points without it."""
+    draw = np.random.default_rng([78, seed])
+    passers = [
+        HandPoint(
+            range=distance,
+            range_rate=draw.uniform(-9.0, 9.0),
+            acceleration=draw.uniform(20.0, 90.0),
+            azimuth=draw.uniform(-0.5, 0.5),
+            power=draw.uniform(0.1, 1.0),
+        )
+        for distance in (5.0, 11.0, 17.0)
+    ]
+    found, trial = shown(passers)
+    found = strongest(found)
+    may_be = trial.may_show_points(found)
+    _, is_point = trial.starts(found)
+    assert np.sum(is_point) > 3
+    assert np.mean(may_be[is_point]) > 0.9
+    assert np.sum(is_point & ~trial.shows_points(found)) > 0
+
+
+@pytest.mark.parametrize(("over", "may_be"), [(0.5, True), (2.0, False)])
+def test_peaks_show_no_points_where_bodies_leave_more_than_all_ramps_have(over, may_be):
+    found, trial = shown([STRONG])
+    found = strongest(found, 1)
+    left = over * found.power / THRESHOLD
+    bodies = SimpleNamespace(residues=lambda _seen, at: np.full(len(at), left))
+    assert trial.may_show_points(found).tolist() == [True]
+    assert replace(trial, bodies=bodies).may_show_points(found).tolist() == [may_be]
+
+
+def test_a_trial_of_the_same_residual_keeps_its_bodies():
+    found, trial = shown([STRONG, WEAK])
+    fresh = new_points(trial, found)
+    left = Residual.of(trial.seen, fresh)
+    assert trial.after(trial.residual) is trial
+    assert trial.after(left).residual is left
+    assert trial.after(left).bodies.rate.tolist() == fresh.motion[:, 1].tolist()
+    assert trial.after(left).is_tried is trial.is_tried
 
 
 def test_places_share_beats_if_rising_ramps_alone_have_the_same():

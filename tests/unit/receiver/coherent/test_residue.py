@@ -121,7 +121,7 @@ def test_side_lobes_are_above_those_of_tones_and_reach_them():
             2j * np.pi * np.outer(every.track[:, BEAT][:, k] - every.track[:, BEAT][0, k], time)
         )
         tone[:, k] = np.abs(turn.mean(axis=1)) ** 2
-    lobe = side_lobes(seen, every, every[np.array([0])])
+    lobe = side_lobes(seen, every, every[np.array([0])])[:, 0]
     mean = tone.mean(axis=1)
     assert lobe[0] == 1.0
     assert np.all(mean <= lobe * 1.01)
@@ -238,7 +238,7 @@ def test_folds_are_what_equal_ramps_add_in_phase():
     by_ramp = np.array([np.sum(one.conj() * unit[0], axis=1) for one in unit]) / seen.count
     added = sum(np.abs(by_ramp[:, own::2].sum(axis=1)) ** 2 for own in (0, 1)) / EQUAL.num_ramps
     leader = every[np.array([0])]
-    by_folds, by_lobes = folds(seen, every, leader)[:, 0], side_lobes(seen, every, leader)
+    by_folds, by_lobes = (one(seen, every, leader)[:, 0] for one in (folds, side_lobes))
     assert greatest_fold(seen) == 7.0
     assert by_folds[0] == pytest.approx(7.0)
     assert np.all(added <= 1.01 * (by_folds + by_lobes))
