@@ -13,13 +13,13 @@ import time
 from dataclasses import replace
 
 from polychirp.study.paper.statistics import CURVES, statistics_study, with_situation
-from polychirp.study.recent_traces import RecentTraces
+from polychirp.study.recent_results import RecentResults
 from polychirp.study.trial import run_trial
 
 TARGETS = 10
 
 
-class TimedTraces(RecentTraces):
+class TimedTraces(RecentResults):
     """Traces that note the CPU-seconds that they took."""
 
     seconds = 0.0
@@ -47,7 +47,7 @@ def times_of(seed):
 
 def time_of_curves(seed):
     """CPU-seconds of one trial of every curve."""
-    traces = RecentTraces(most=1)
+    traces = RecentResults(most=1)
     began = time.process_time()
     for curve in CURVES:
         run_trial(with_situation(study_of(seed), *curve), traces=traces)

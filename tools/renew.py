@@ -144,7 +144,7 @@ RECORDS: Final = (
             "vehicles",
         ),
         starts=("tools/experiments/paper_statistics.py",),
-        minutes=75,
+        minutes=210,
     ),
     _table("roads", 3, program="road"),
     _table("league", 100),

@@ -17,7 +17,7 @@ from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Converter
 from polychirp.study.frame_loop import frame_begin, last_frame
-from polychirp.study.recent_traces import RecentTraces
+from polychirp.study.recent_results import RecentResults
 from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of
 from polychirp.study.trial import run_trial
 from polychirp.synthesis.links.interference_levels import (
@@ -32,7 +32,7 @@ from polychirp.waveform import HopAfterHit, ListenBeforeTalk, RedrawEachFrame, S
 CHIRPS = Sawtooth(start_frequency=76.5e9, bandwidth=300e6, ramp_duration=20e-6, idle=5e-6)
 NUM_CHIRPS = 8
 FRAME = NUM_CHIRPS * 25e-6 - 5e-6
-TRACES = RecentTraces(most=2)
+TRACES = RecentResults(most=2)
 
 
 def study(rule, *, count=5, seed=1):

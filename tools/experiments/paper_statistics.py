@@ -1,12 +1,13 @@
-"""Figures 12 and 13 with a hundred trials of every point, as the package stores them.
+"""Figures 12 and 13 with hundreds of trials of every point, as the package stores them.
 
 ``python -m tools.experiments.paper_statistics FILE`` runs those of points, an hour on two cores;
-``… FILE vehicles [TARGETS ...]`` runs those of ray-traced vehicles, 75 minutes on two cores, or
-those with the given numbers of targets alone. Finished numbers of targets are stored one by one in
-the file, whose other rows stay.
+``… FILE vehicles`` runs those of ray-traced vehicles, three and a half hours on two cores.
+``--targets 1 4`` runs those with these numbers of targets alone. Finished numbers of targets are
+stored one by one in the file, whose other rows stay. With ``--trials FOLDER``, a run that was
+interrupted goes on with the trials that it left there.
 """
 
-import sys
+import argparse
 import tempfile
 from datetime import date
 from pathlib import Path
@@ -23,7 +24,7 @@ from polychirp.study.paper.stored_statistics import (
 )
 from polychirp.threads import num_cores
 
-TRIALS: Final = 100
+TRIALS: Final[dict[StoredChannel, int]] = {"points": 100, "vehicles": 300}
 """Trials of each point."""
 
 SEED: Final = 1
@@ -34,7 +35,7 @@ def measured(channel: StoredChannel, num_targets: int, folder: Path) -> tuple[St
     """All curves at one number of targets; points have none with blanking, as in the paper."""
     curves = [curve for curve in CURVES if channel == "vehicles" or curve[1] != "blanked"]
     plan = statistics_plan(
-        channel, trials=TRIALS, num_targets=(num_targets,), curves=curves, seed=SEED
+        channel, trials=TRIALS[channel], num_targets=(num_targets,), curves=curves, seed=SEED
     )
     return run_statistics(plan, folder=folder, executor=LocalWorkers(count=num_cores()))
 
@@ -55,16 +56,20 @@ def store(rows: tuple[StatisticsRow, ...], file: Path) -> None:
     )
 
 
-def main(file: Path, channel: StoredChannel, targets: tuple[int, ...]) -> None:
+def main(file: Path, channel: StoredChannel, targets: tuple[int, ...], trials: Path | None) -> None:
     """Measure and store all numbers of targets, one after the other."""
-    for count in targets:
-        with tempfile.TemporaryDirectory() as folder:
-            store(measured(channel, count, Path(folder)), file)
+    with tempfile.TemporaryDirectory() as fresh:
+        for count in targets:
+            folder = (trials or Path(fresh)) / f"{channel}-{count}"
+            folder.mkdir(parents=True, exist_ok=True)
+            store(measured(channel, count, folder), file)
 
 
 if __name__ == "__main__":
-    main(
-        Path(sys.argv[1]),
-        "vehicles" if "vehicles" in sys.argv[2:] else "points",
-        tuple(int(word) for word in sys.argv[2:] if word.isdigit()) or NUM_TARGETS,
-    )
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("channel", choices=list(TRIALS), nargs="?", default="points")
+    parser.add_argument("--targets", type=int, nargs="+", default=list(NUM_TARGETS))
+    parser.add_argument("--trials", type=Path, metavar="FOLDER")
+    given = parser.parse_args()
+    main(given.file, given.channel, tuple(given.targets), given.trials)

@@ -16,7 +16,7 @@ from polychirp.model.frame_history import FrameHistory
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.rng import Streams
-from polychirp.study.recent_traces import RecentTraces
+from polychirp.study.recent_results import RecentResults, recalled
 from polychirp.study.spec import Study, first_turn, schedule_in_turn
 from polychirp.synthesis.links.interference_levels import (
     ReceivedPaths,
@@ -43,7 +43,7 @@ class LastFrame:
 
 
 def last_frame(
-    study: Study, rule: FrameRule, scene: Scene, *, traces: RecentTraces | None = None
+    study: Study, rule: FrameRule, scene: Scene, *, traces: RecentResults | None = None
 ) -> LastFrame:
     """The frames of a study under its rule; the scene moves on from frame to frame.
 
@@ -77,7 +77,7 @@ def last_frame(
         return tuple(received_paths(one, study.tracer.trace(one)) for one in moments)
 
     makers = ("frames", study.tracer, scene, times)
-    known = traced() if traces is None else traces.of(makers, traced)
+    known = recalled(traces, makers, traced)
     turns = [first_turn(study, radar) for radar in study.radars]
     rows: list[tuple[tuple[RampSchedule, ...], list[Heard]]] = []
     schedules: tuple[RampSchedule, ...] = ()

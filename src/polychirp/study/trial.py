@@ -48,7 +48,7 @@ from polychirp.study.ghost_radars import Interference, radars_of_ghosts
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.margins import gate_for
 from polychirp.study.random_draw import sample_street
-from polychirp.study.recent_traces import RecentTraces
+from polychirp.study.recent_results import RecentResults, recalled
 from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
     Study,
@@ -121,7 +121,8 @@ def run_trial(
     study: Study,
     *,
     names_radars: bool = True,
-    traces: RecentTraces | None = None,
+    traces: RecentResults | None = None,
+    signals: RecentResults | None = None,
     progress: Progress = no_progress,
 ) -> Trial:
     """Run one trial: draw the street, trace paths, synthesize frames, detect targets, score.
@@ -133,6 +134,7 @@ def run_trial(
     names_radars : whether the scores name the radar of each ghost, for which the signals of the
         radars are computed again, one by one
     traces : paths of earlier trials, which are used again where the street is the same
+    signals : received signals of earlier trials, used again where radars and noise are too
     """
     study = sample_street(study)
     scene = scene_of(study)
@@ -167,25 +169,53 @@ def run_trial(
     street = as_traced(scene)
     trace = partial(_traced, study.tracer, street, times, receivers=victims, progress=progress)
     makers = (study.tracer, street, times, victims)
-    snapshots = trace() if traces is None else traces.of(makers, trace)
-    simulations = [
-        partial(
-            simulate_victim,
+    snapshots = recalled(traces, makers, trace)
+
+    def simulated(victim: int) -> VictimResult:
+        receive = partial(received_signals, study, scene, schedules, snapshots, victim=victim)
+        own = (makers, scene.radars, schedules, study.seed, victim)
+        return simulate_victim(
             study,
             scene,
             schedules,
             snapshots,
             victim=victim,
             names_radars=names_radars,
+            received=recalled(signals, own, receive),
         )
-        for victim in victims
-    ]
+
+    simulations = [partial(simulated, victim) for victim in victims]
     results: list[VictimResult] = []
     progress("radars", 0, len(victims))
     for result in side_by_side(simulations):
         results.append(result)
         progress("radars", len(results), len(victims))
     return Trial(scene=scene, snapshots=snapshots, victims=tuple(results), frames=frames)
+
+
+def received_signals(
+    study: Study,
+    scene: Scene,
+    schedules: Sequence[RampSchedule],
+    snapshots: Sequence[PropagationPaths],
+    *,
+    victim: int,
+) -> tuple[IfFrame, IfParts]:
+    """Frame that radar ``victim`` receives over the snapshots' paths, and its parts."""
+    streams = Streams(study.seed)
+    return synthesize(
+        _engine(streams),
+        scene,
+        schedules,
+        snapshots,
+        victim=victim,
+        interferers=None,
+        streams=streams,
+    )
+
+
+def _engine(streams: Streams) -> Oscillating:
+    return Oscillating(inner=Stretch(), streams=streams)
 
 
 def simulate_victim(
@@ -196,21 +226,21 @@ def simulate_victim(
     *,
     victim: int,
     names_radars: bool = True,
+    received: tuple[IfFrame, IfParts] | None = None,
 ) -> VictimResult:
-    """Frame that radar ``victim`` receives over the snapshots' paths, its detections and score."""
-    streams = Streams(study.seed)
-    engine = Oscillating(inner=Stretch(), streams=streams)
-    frame, parts = synthesize(
-        engine,
-        scene,
-        schedules,
-        snapshots,
-        victim=victim,
-        interferers=None,
-        streams=streams,
-    )
+    """Frame that radar ``victim`` receives over the snapshots' paths, its detections and score.
+
+    ``received`` are the frame and its parts where they are known.
+    """
+    if received is None:
+        received = received_signals(study, scene, schedules, snapshots, victim=victim)
+    frame, parts = received
     interference = Interference(
-        engine=engine, scene=scene, schedules=schedules, snapshots=snapshots, victim=victim
+        engine=_engine(Streams(study.seed)),
+        scene=scene,
+        schedules=schedules,
+        snapshots=snapshots,
+        victim=victim,
     )
     return receive_and_score(
         study.receiver,

@@ -8,7 +8,7 @@ from typing import Any, Final, Protocol
 
 from polychirp.errors import ModelWarning, PolychirpError
 from polychirp.study.monte_carlo.records import VictimRecord, victim_records
-from polychirp.study.recent_traces import RecentTraces
+from polychirp.study.recent_results import RecentResults
 from polychirp.study.spec import Study
 
 MOST_DEATHS: Final = 3
@@ -24,9 +24,18 @@ ONE_THREAD: Final = {
 """Environment variables that give a worker one thread: by default, there is a worker per core."""
 
 
-_TRACES: Final = RecentTraces(most=4)
+_TRACES: Final = RecentResults(most=4)
 """Paths of the last trials of this process. Workers take all points of one trial in a row, so that
-points that differ in mitigation or receiver alone share a tracing; four differ in more (chosen)."""
+points that differ in waveform, mitigation or receiver alone share a tracing; four differ in more
+(chosen)."""
+
+_SIGNALS: Final = RecentResults(
+    most=16,
+    most_bytes=256e6,
+    size_of=lambda received: sum(one.samples.nbytes for one in received),
+)
+"""Signals that radars of the last trials received, which points that differ in mitigation or
+receiver alone share. Chosen: eight radars of the paper's street take 40 MB each."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +97,7 @@ def attempt(studies: Sequence[Study], task: Task) -> Outcome:
         from polychirp.study.trial import run_trial
 
         one = replace(studies[task.point], seed=task.seed)
-        return victim_records(run_trial(one, names_radars=False, traces=_TRACES))
+        return victim_records(run_trial(one, names_radars=False, traces=_TRACES, signals=_SIGNALS))
 
     return outcome_of(task, records)
 
