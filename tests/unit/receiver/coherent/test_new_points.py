@@ -149,7 +149,7 @@ def test_peaks_show_no_points_where_bodies_leave_more_than_all_ramps_have(over, 
     found, trial = shown([STRONG])
     found = strongest(found, 1)
     left = over * found.power / THRESHOLD
-    bodies = SimpleNamespace(residues=lambda _seen, at: np.full(len(at), left))
+    bodies = SimpleNamespace(residues=lambda _seen, at, **_how: np.full(len(at), left))
     assert trial.may_show_points(found).tolist() == [True]
     assert replace(trial, bodies=bodies).may_show_points(found).tolist() == [may_be]
 
