@@ -132,15 +132,15 @@ class Bodies:
         coupling = correlations(seen, here, self.replicas)
         is_same = coupling >= LEAST_OF_SAME
         in_cell = (is_same | ((coupling > LEAST_REDUNDANCY) & is_alike))[:, members]
-        energy = np.where(is_same[:, strongest], 0.0, self._energies_outside(in_cell))
-        energy *= side_lobes(seen, here, self.replicas[strongest])
+        left = np.where(is_same[:, strongest], 0.0, self._energies_outside(in_cell))
+        left *= side_lobes(seen, here, self.replicas[strongest])
         is_error = ~self._moves_as_strongest & ~in_cell
         errors = np.where(is_error, folds(seen, here, self.replicas)[:, members], 0.0)
         errors = np.add.reduceat(errors * self.strength[members], self.begin, axis=1)
-        energy += np.where(is_alike[:, strongest], 0.0, errors)
+        left += np.where(is_alike[:, strongest], 0.0, errors)
         is_near = self.distance[strongest] <= NEAR_BODY_RANGE
         weight = np.where(is_near & ~self._carries(at), margin, 1.0)
-        return np.asarray((weight * energy).sum(axis=1) / (seen.num_used * self.white.shape[1]))
+        return np.asarray((weight * left).sum(axis=1) / (seen.num_used * self.white.shape[1]))
 
     @property
     def _leaders(self) -> IntArray:
