@@ -11,11 +11,12 @@ from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.channel.tracers.path_interpolation import (
     FAINT_ECHO_ERROR,
-    FAINT_INTERFERENCE_ERROR,
+    FAINT_INTERFERENCE,
     interpolate_paths,
     interpolation_error,
 )
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.scene import Actor, PointScatterer
@@ -133,8 +134,39 @@ def test_between_two_traces_paths_are_hardly_more_wrong_than_allowed():
         anew = tracer.trace(scene.at(float(time)))
         for pair in ((0, 0), (0, 1), (1, 0), (1, 1)):
             old, new = (response(table, pair, band) for table in (paths, anew))
-            allowed = FAINT_ECHO_ERROR if pair[0] == pair[1] else FAINT_INTERFERENCE_ERROR
+            of_interference = FAINT_INTERFERENCE * tracer.motion_error
+            allowed = FAINT_ECHO_ERROR if pair[0] == pair[1] else of_interference
             assert np.sum(np.abs(old - new) ** 2) <= 4 * allowed * np.sum(np.abs(new) ** 2)
+
+
+def test_paths_are_as_right_between_two_traces_as_the_motion_error_asks():
+    """Own echoes and those of the other radar's waves of a car that passes at 5 m."""
+    scene = around([car("beside", x=8.0, y=5.0, speed=12.0)], [(0, 0, 0.6), (0, 0.5, 0.6)])
+    times, band = np.arange(17) * 1e-3, np.linspace(78.5e9, 79.5e9, 33)
+    pairs = ((0, 0), (0, 1), (1, 1))
+    true = [
+        [response(Composite().trace(scene.at(float(time))), pair, band) for time in times]
+        for pair in pairs
+    ]
+    wrong = []
+    for error in (1e-1, 1e-2, 1e-3):
+        tracer = Composite(motion_error=error)
+        found, total = interpolate_paths(tracer, scene, times), 0.0
+        for pair, right in zip(pairs, true, strict=True):
+            power = [
+                np.sum(np.abs(response(paths, pair, band) - one) ** 2)
+                for paths, one in zip(found, right, strict=True)
+            ]
+            assert max(power) <= 4.0 * error * np.mean(np.sum(np.abs(right) ** 2, axis=-1))
+            total += sum(power)
+        wrong.append(total)
+    assert wrong[0] > 3.0 * wrong[1] > 9.0 * wrong[2]
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-7, 1.5, np.nan])
+def test_a_motion_error_is_a_ratio_that_tracing_can_keep(error):
+    with pytest.raises(InputError, match="motion_error"):
+        Composite(motion_error=error)
 
 
 def test_a_coherence_time_is_when_extrapolation_is_half_wrong():

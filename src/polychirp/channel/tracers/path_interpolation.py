@@ -21,10 +21,11 @@ by its own power.
 
 A part (`channel.base.Part`), such as the facets of one body, is traced again for a pair of radars
 before the powers of the errors of that pair's paths add up to a limit. The limit is the greater of
-two powers. One is `MAX_PART_ERROR` times the power of the part's whole: the facets of a body that
-are seen directly and in mirrors are two parts of one whole, and every other part is its own whole.
-The other is `FAINT_ECHO_ERROR` times the power of the radar's own echoes, or, for a signal of
-another radar, `FAINT_INTERFERENCE_ERROR` times the mean power that arrives from one other radar. A
+two powers. One is the tracer's ``motion_error`` times the power of the part's whole: the facets of
+a body that are seen directly and in mirrors are two parts of one whole, and every other part is its
+own whole. The other is `FAINT_ECHO_ERROR` times the power of the radar's own echoes, or, for a
+signal of another radar, `FAINT_INTERFERENCE` of ``motion_error`` times the mean power that arrives
+from one other radar. A
 car that passes a radar at two metres is traced at every one of the frame's trace times for that
 radar, and every few milliseconds for the others.
 
@@ -59,13 +60,6 @@ from polychirp.threads import side_by_side
 if TYPE_CHECKING:
     from polychirp.channel.scene.world import World
 
-MAX_PART_ERROR: Final = 1e-2
-"""Greatest power of a part's errors between two traces, as a ratio to the power of its whole.
-
-Chosen: other errors are as great. An echo whose mesh is right to 1 dB has an error of about this
-power. Ray tubes of 2 cm have a greater one: between the paper's bodies, bounces traced with tubes
-of 2 cm and of 2.5 mm have a correlation of 0.6 in the median."""
-
 FAINT_ECHO_ERROR: Final = 2.5e-5
 """Power of one part's errors that is tolerated, as a ratio to that of all own echoes of a radar.
 
@@ -73,12 +67,13 @@ Chosen by trial: receivers search down to 40 dB below the strongest echo. At fou
 residuals of strong echoes are sometimes detected; at −25 dB, the receiver tries points on thousands
 of residuals (decision 7)."""
 
-FAINT_INTERFERENCE_ERROR: Final = 1e-3
+FAINT_INTERFERENCE: Final = 0.1
 """Power of one part's errors that is tolerated, as a ratio to the mean power that a radar receives
-from one other radar.
+from one other radar, over ``motion_error``.
 
-Chosen greater than `FAINT_ECHO_ERROR`: other radars' signals appear as bursts or ghosts, and no
-receiver searches for weaker signals of other radars below these."""
+Chosen greater than `FAINT_ECHO_ERROR` with the default of ``motion_error``: other radars' signals
+appear as bursts or ghosts, and no receiver searches for weaker signals of other radars below
+these."""
 
 MAX_TRACE_INTERVAL: Final = 16e-3
 """Greatest time between two traces of a part, s.
@@ -98,6 +93,10 @@ class PartedTracer(RayTracer, Protocol):
     @property
     def max_length(self) -> float:
         """Length of the longest path that is traced, m."""
+
+    @property
+    def motion_error(self) -> float:
+        """Greatest power of a part's errors between two traces, over the power of its whole."""
 
     def prepare(self, scene: Scene) -> "World":
         """The scene with all that its tracing needs at one time."""
@@ -264,7 +263,8 @@ class _FrameTraces:
         whole = gather(first)
         power = strength(whole, self.scenes[0])
         strongest = strongest_of_pair(whole, power, len(self.scenes[0].radars))
-        faint = _faint_errors(_power_of_pairs(whole, power, len(strongest)))
+        powers = _power_of_pairs(whole, power, len(strongest))
+        faint = _faint_errors(powers, FAINT_INTERFERENCE * self.tracer.motion_error)
         limits = [_Limits(others, faint) for others in self._power_of_others(first)]
         steps = [
             self._steps(begin, self.scenes[0], limit)
@@ -360,7 +360,7 @@ class _FrameTraces:
         step = max(1, int(MAX_TRACE_INTERVAL / grid * (1 + 1e-9)))
         power = strength(paths, scene)
         whole = limits.others + _power_of_pairs(paths, power, len(limits.others))
-        allowed = np.maximum(MAX_PART_ERROR * whole, limits.faint)
+        allowed = np.maximum(self.tracer.motion_error * whole, limits.faint)
         steps = np.full(allowed.shape, step)
         while step > 1:
             wrong = interpolation_error(step * grid / paths.coherence_time)
@@ -392,13 +392,14 @@ def _power_of_pairs(paths: PropagationPaths, power: FloatArray, num_radars: int)
     return total
 
 
-def _faint_errors(power: FloatArray) -> FloatArray:
+def _faint_errors(power: FloatArray, of_interference: float) -> FloatArray:
     """Power of errors that may be tolerated for each pair, shaped like ``power``.
 
     Errors of own echoes are compared with the power of all own echoes. Errors of signals of other
-    radars are compared with the mean power that the receiver gets from one other radar.
+    radars are compared with the mean power that the receiver gets from one other radar, of which
+    they may have the share ``of_interference``.
     """
     own = np.diagonal(power)
     others = (power.sum(axis=0) - own) / max(len(power) - 1, 1)
     is_own = np.eye(len(power), dtype=bool)
-    return np.asarray(np.where(is_own, FAINT_ECHO_ERROR * own, FAINT_INTERFERENCE_ERROR * others))
+    return np.asarray(np.where(is_own, FAINT_ECHO_ERROR * own, of_interference * others))
