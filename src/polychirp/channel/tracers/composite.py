@@ -73,7 +73,7 @@ class Composite(Spec):
     motion_error : greatest power of the errors of a part of the paths between two traces of it
         within a frame, over that part's power. −20 dB is as good as meshes are; with −30 dB the
         echoes and the interference of the paper's radars are right to −20 dB or better, at 1.2 to
-        1.6 times the cost
+        1.4 times the cost
     diffraction : true if direct paths are diffracted at edges, and vehicles bend waves into their
         shadows
     transmission : true if thin sheets let waves through; otherwise they block
