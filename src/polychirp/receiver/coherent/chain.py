@@ -19,7 +19,7 @@ from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.parts import PartPowers, part_powers, powers
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.residual import Residual
-from polychirp.receiver.coherent.search import find_points
+from polychirp.receiver.coherent.search import find_points, warn_of_peaks
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.settings import SearchSettings, need_dynamic_range
 from polychirp.units import Ratio, from_db
@@ -134,18 +134,20 @@ class CoherentReceiver(SearchSettings):
         samples = Residual.of(seen, Points.none(len(seen.samples)))
         power = samples.spectra.hann_power(seen, BINS_PER_BEAT)
         limits = with_strong_points(seen, power, MapLimits.of(self))
-        points, residual, adapted = self._found(seen, samples, limits)
+        points, residual, adapted, untried = self._found(seen, samples, limits)
         wider = with_fast_points(adapted, power, residual, limits)
         if wider != limits:
-            points, _, adapted = self._found(seen, samples, wider)
+            points, _, adapted, untried = self._found(seen, samples, wider)
+        if untried is not None:
+            warn_of_peaks(untried)
         distance, rate = points.motion[:, 0], points.motion[:, 1]
         is_inside = (distance >= self.least_range) & (distance <= self.greatest_range)
         return points[is_inside & (np.abs(rate) <= self.greatest_speed)], adapted
 
     def _found(
         self, seen: Observation, samples: Residual, limits: MapLimits
-    ) -> tuple[Points, Residual, Observation]:
-        """The points within limits, what they leave, and the observation with its noise."""
+    ) -> tuple[Points, Residual, Observation, int | None]:
+        """What `find_points` finds within limits."""
         threshold = threshold_of(self.false_alarm_probability, num_channels=len(seen.samples))
         return find_points(
             seen,

@@ -78,11 +78,12 @@ def find_points(
     dynamic_range: float,
     most: int,
     residue_margin: float = 1.0,
-) -> tuple[Points, Residual, Observation]:
+) -> tuple[Points, Residual, Observation, int | None]:
     """Points whose power exceeds ``threshold`` times the noise power of a sample.
 
     With them come what they leave, and the observation with its noise. The search ends after
-    `MOST_MAPS` maps in any case, with a `ModelWarning` that says how many peaks it did not try.
+    `MOST_MAPS` maps in any case; the number of peaks that it did not try then comes last, for
+    `warn_of_peaks`, and None otherwise.
 
     Parameters
     ----------
@@ -95,8 +96,8 @@ def find_points(
     channels = seen.samples.shape[0]
     points, top = Points.none(channels), 0.0
     if not np.any(seen.present):
-        return points, samples, seen
-    residual = samples
+        return points, samples, seen, None
+    residual, untried = samples, None
     accelerations = Accelerations.of(seen)
     is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
     num_rough, num_uncrossed = MOST_ROUGH_MAPS, 0
@@ -125,16 +126,16 @@ def find_points(
             points, residual = added(seen, residual, points, fresh)
         num_rough = num_rough - 1 if num_rough and len(fresh) else 0
         if number == MOST_MAPS:
-            _warn_of_peaks(trial.after(residual), found)
+            trial = trial.after(residual)
+            untried = int(np.count_nonzero(trial.shows_points(trial.left(found))))
     points, residual = finished(
         seen, residual, points, threshold, dynamic_range, margin=residue_margin
     )
-    return points, residual, seen
+    return points, residual, seen, untried
 
 
-def _warn_of_peaks(trial: Trial, found: Peaks) -> None:
-    """Warn of a search that ended before it tried all peaks."""
-    number = int(np.count_nonzero(trial.shows_points(trial.left(found))))
+def warn_of_peaks(number: int) -> None:
+    """Warn of a search that ended before it tried ``number`` peaks."""
     warnings.warn(
         f"the receiver 'coherent' stopped after {MOST_MAPS} maps of a frame, with {number} peaks "
         "not tried: signals of other radars fill it; weak points may be missing. A mitigation, "
