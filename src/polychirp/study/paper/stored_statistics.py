@@ -1,4 +1,4 @@
-"""The stored points of figures 12 and 13: 60 to 100 trials each, which take hours to run.
+"""The stored points of figures 12 and 13: 60 to 300 trials each, which take hours to run.
 
 ``./run validation fig12-13`` and ``./run validation fig12-13-traced`` write the files beside this
 module: points in free space, and ray-traced vehicles on a street with buildings.
