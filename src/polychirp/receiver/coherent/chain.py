@@ -147,7 +147,7 @@ class CoherentReceiver(SearchSettings):
     def _found(
         self, seen: Observation, samples: Residual, limits: MapLimits
     ) -> tuple[Points, Residual, Observation, int | None]:
-        """What `find_points` finds within limits."""
+        """The result of `find_points` within limits."""
         threshold = threshold_of(self.false_alarm_probability, num_channels=len(seen.samples))
         return find_points(
             seen,
