@@ -142,21 +142,7 @@ def run_trial(
     frames: FrameHistory | None = None
     refuse_too_large(study, schedules)
     victims = victim_indices(study)
-    for victim in victims:
-        # these raise, before the tracing, if the receiver cannot read codes, array or samples
-        code_blocks(schedules[victim])
-        radar = study.radars[victim]
-        receiver = receiver_for(study.receiver, schedules[victim])
-        readable_elements(receiver, scene.radars[victim].array, schedules[victim])
-        refuse_unsampled(receiver, schedules[victim], radar)
-        refuse_unfit(
-            study.receiver.mitigation,
-            schedules[victim],
-            is_real=radar.converter.is_real,
-            num_channels=scene.radars[victim].array.num_channels,
-        )
-        if radar.converter.is_real:
-            refuse_real_samples(study.receiver, schedules[victim], radar=radar.name)
+    _refuse_unreadable(study, scene, schedules, victims)
     compile_parts(parts_of(study), progress=progress)
     if isinstance(study.access, FrameRule):
         last = last_frame(study, study.access, scene, traces=traces)
@@ -191,6 +177,26 @@ def run_trial(
         results.append(result)
         progress("radars", len(results), len(victims))
     return Trial(scene=scene, snapshots=snapshots, victims=tuple(results), frames=frames)
+
+
+def _refuse_unreadable(
+    study: Study, scene: Scene, schedules: Sequence[RampSchedule], victims: Sequence[int]
+) -> None:
+    """Refuse codes, arrays or samples that the receiver cannot read, before the tracing."""
+    for victim in victims:
+        code_blocks(schedules[victim])
+        radar = study.radars[victim]
+        receiver = receiver_for(study.receiver, schedules[victim])
+        readable_elements(receiver, scene.radars[victim].array, schedules[victim])
+        refuse_unsampled(receiver, schedules[victim], radar)
+        refuse_unfit(
+            study.receiver.mitigation,
+            schedules[victim],
+            is_real=radar.converter.is_real,
+            num_channels=scene.radars[victim].array.num_channels,
+        )
+        if radar.converter.is_real:
+            refuse_real_samples(study.receiver, schedules[victim], radar=radar.name)
 
 
 def received_signals(
