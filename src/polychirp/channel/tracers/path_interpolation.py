@@ -25,9 +25,8 @@ two powers. One is the tracer's ``motion_error`` times the power of the part's w
 a body that are seen directly and in mirrors are two parts of one whole, and every other part is its
 own whole. The other is `FAINT_ECHO_ERROR` times the power of the radar's own echoes, or, for a
 signal of another radar, `FAINT_INTERFERENCE` of ``motion_error`` times the mean power that arrives
-from one other radar. A
-car that passes a radar at two metres is traced at every one of the frame's trace times for that
-radar, and every few milliseconds for the others.
+from one other radar. A car that passes a radar at two metres is traced at every one of the frame's
+trace times for that radar, and every few milliseconds for the others.
 
 Limits: amplitudes and shadows between traces are interpolated, not traced. Paths over several
 bodies are less accurate than stated. Their delays are extrapolated without acceleration, which is
