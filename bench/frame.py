@@ -5,7 +5,7 @@
 Wall time in a process that has nothing ready, and again when it has meshes and kernels ready; and
 its memory at the peak. How wrong paths are that are traced only as often as they ask for, against
 tracing all of them every millisecond, and the CPU-seconds that they take, with the default
-``motion_error`` and with −30 dB:
+``motion_error`` and with −30 dB, and with ray tubes of 2.5 mm on both sides:
 
     OPENBLAS_NUM_THREADS=1 python -m bench.frame errors
 """
@@ -56,25 +56,25 @@ def frames():
 def errors():
     """Power of the error over all times and the band, weighted by the antennas' elements."""
     study = paper_study("conventional")
-    scene, tracer, plans = scene_of(study), study.tracer, schedules_of(study)
+    scene, plans = scene_of(study), schedules_of(study)
     moments = [scene.at(float(time)) for time in refresh_times(plans, study.refresh_interval)]
-    true = [responses(tracer.trace(moment), moment) for moment in moments]
-    right = sum(np.sum(np.abs(one) ** 2, axis=-1) for one in true)
-    for error in (tracer.motion_error, 1e-3):
-        began = time.process_time()
-        followed = trace_frame(
-            replace(tracer, motion_error=error),
-            scene,
-            plans,
-            refresh_interval=study.refresh_interval,
-        )
-        print(f"motion_error {error:g}: {time.process_time() - began:.1f} CPU-seconds")
-        wrong = sum(
-            np.sum(np.abs(responses(found, moment) - one) ** 2, axis=-1)
-            for found, moment, one in zip(followed, moments, true, strict=True)
-        )
-        for what, of in (("echoes", np.diagonal), ("others", others)):
-            print(what, np.round(10 * np.log10(of(wrong) / of(right)), 1), "dB")
+    default = study.tracer
+    narrow = replace(default, narrowest_tube=2.5e-3)
+    for tracers in ((default, replace(default, motion_error=1e-3)), (narrow,)):
+        true = [responses(tracers[0].trace(moment), moment) for moment in moments]
+        right = sum(np.sum(np.abs(one) ** 2, axis=-1) for one in true)
+        for tracer in tracers:
+            began = time.process_time()
+            followed = trace_frame(tracer, scene, plans, refresh_interval=study.refresh_interval)
+            taken = time.process_time() - began
+            width = f"{tracer.narrowest_tube * 1e3:g} mm"
+            print(f"motion_error {tracer.motion_error:g}, tubes of {width}: {taken:.1f} CPU-s")
+            wrong = sum(
+                np.sum(np.abs(responses(found, moment) - one) ** 2, axis=-1)
+                for found, moment, one in zip(followed, moments, true, strict=True)
+            )
+            for what, of in (("echoes", np.diagonal), ("others", others)):
+                print(what, np.round(10 * np.log10(of(wrong) / of(right)), 1), "dB", flush=True)
 
 
 def others(power):

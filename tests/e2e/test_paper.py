@@ -39,6 +39,16 @@ def ghosts(row, *kinds):
     return [g.range_m for g in strong if g.kind in wanted]
 
 
+def power_near(row, distance):
+    """dB over the strongest target, sum of all detections within 0.25 m: a ghost's points."""
+    ghost = row.ghosts[0]
+    power = row.detection_power_db
+    of_ghost = power[np.argmin(np.abs(row.detection_range - ghost.range_m))]
+    near = np.abs(row.detection_range - distance) < 0.25
+    total = to_db(np.sum(10.0 ** (power[near] / 10.0)))
+    return float(total - of_ghost + ghost.power_over_strongest_target_db)
+
+
 def unexplained(row):
     """dB over the strongest target, powers of detections that nothing explains."""
     return [g.power_over_strongest_target_db for g in row.ghosts if g.kind == "unexplained"]
@@ -70,8 +80,9 @@ def test_identical_radars_in_step_make_two_indirect_ghosts(results):
         0
     ]
     assert ghosts(row, "indirect")[:2] == pytest.approx([5.6, 7.4], abs=0.1)
+    assert 6.0 < power_near(row, 5.6) < 11.0
+    assert 2.0 < power_near(row, 7.4) < 6.0
     strength = [g.power_over_strongest_target_db for g in row.ghosts if g.kind == "indirect"]
-    assert strength[1] > 0.0
     assert all(power < -10.0 for power in strength[2:])
     assert row.missed == 0
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.tracers import path_interpolation
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
-from polychirp.channel.tracers.path_interpolation import (
+from polychirp.channel.tracers.part_traces import (
     FAINT_ECHO_ERROR,
     FAINT_INTERFERENCE,
-    interpolate_paths,
+    MAX_TRACE_INTERVAL,
     interpolation_error,
 )
+from polychirp.channel.tracers.path_interpolation import interpolate_paths
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose
@@ -356,6 +356,6 @@ def test_shadows_are_renewed_even_if_nothing_moves(monkeypatch):
     tracer = Composite()
     counts = counted(tracer, monkeypatch)
     still = around([car("ahead", x=12.0, y=0.0, speed=0.0)], [(0, 0, 0.6)])
-    times = np.arange(0, 3.01 * path_interpolation.MAX_TRACE_INTERVAL, 1e-3)
+    times = np.arange(0, 3.01 * MAX_TRACE_INTERVAL, 1e-3)
     interpolate_paths(tracer, still, times)
     assert counts["facets of ahead"] == 4

@@ -45,7 +45,7 @@ needs too many tubes."""
 
 LEAST_MOTION_ERROR: Final = from_db(-60.0)
 """Least error between two traces that a study may ask for. Chosen: errors below
-`path_interpolation.FAINT_ECHO_ERROR` are tolerated in any case."""
+`part_traces.FAINT_ECHO_ERROR` are tolerated in any case."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,9 +71,10 @@ class Composite(Spec):
         matters; 2 cm cuts none. At 2.5 mm the power of weak pairs is right to 1 dB in the median,
         at 2.4 times the cost
     motion_error : greatest power of the errors of a part of the paths between two traces of it
-        within a frame, over that part's power. −20 dB is as good as meshes are; with −30 dB the
-        echoes and the interference of the paper's radars are right to −20 dB or better, at 1.2 to
-        1.4 times the cost. Errors 46 dB below all echoes of a radar are tolerated in any case
+        within a frame, over that part's power. −20 dB is as good as meshes and tubes of 2 cm are;
+        with −30 dB the echoes and the interference of the paper's radars are right to −22 dB or
+        better, at 1.35 times the cost. Errors 46 dB below all echoes of a radar are tolerated in
+        any case
     diffraction : true if direct paths are diffracted at edges, and vehicles bend waves into their
         shadows
     transmission : true if thin sheets let waves through; otherwise they block

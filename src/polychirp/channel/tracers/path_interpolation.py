@@ -6,39 +6,15 @@ one fade in:
 
 .. math:: H(t) = (1 - s)\,H_0(t) + s\,H_1(t - T), \qquad s = t/T
 
-So fields change without steps where a body moves sideways or into a shadow.
-
-A path with a finite coherence time :math:`t_c` is a sum of contributions whose phases drift apart.
-After extrapolation by t, its relative amplitude error is :math:`\alpha t + \beta t^2`, and
-:math:`t_c` is the time at which the magnitudes of both terms add up to ½. The linear fade cancels
-the term of α and leaves an error of :math:`\beta T^2/4` half way between traces. We assume that
-both terms have the magnitude ¼ at :math:`t_c`. The power of the error is then
-
-.. math:: e = \min\{1, \tfrac1{16} (T/t_c)^2\}^2
-
-times the path's power. The factor is at most 1, because a path without any coherence left is wrong
-by its own power.
-
-A part (`channel.base.Part`), such as the facets of one body, is traced again for a pair of radars
-before the powers of the errors of that pair's paths add up to a limit. The limit is the greater of
-two powers. One is the tracer's ``motion_error`` times the power of the part's whole: the facets of
-a body that are seen directly and in mirrors are two parts of one whole, and every other part is its
-own whole. The other is `FAINT_ECHO_ERROR` times the power of the radar's own echoes, or, for a
-signal of another radar, `FAINT_INTERFERENCE` of ``motion_error`` times the mean power that arrives
-from one other radar. A car that passes a radar at two metres is traced at every one of the frame's
-trace times for that radar, and every few milliseconds for the others.
-
-Limits: amplitudes and shadows between traces are interpolated, not traced. Paths over several
-bodies are less accurate than stated. Their delays are extrapolated without acceleration, which is
-not known because their reflection points move along the surfaces. They also change faster than
-their coherence times say, because each ray tube meets other facets as the bodies move.
+So fields change without steps where a body moves sideways or into a shadow. `part_traces` says how
+wrong they are then, and therefore when each part is traced.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
-from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -52,33 +28,19 @@ from polychirp.channel.base import (
     strongest_of_pair,
     without_weak,
 )
+from polychirp.channel.tracers.part_traces import (
+    Frame,
+    Limits,
+    PartTraces,
+    faint_errors,
+    power_of_pairs,
+)
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 from polychirp.threads import side_by_side
 
 if TYPE_CHECKING:
     from polychirp.channel.scene.world import World
-
-FAINT_ECHO_ERROR: Final = 2.5e-5
-"""Power of one part's errors that is tolerated, as a ratio to that of all own echoes of a radar.
-
-Chosen by trial: receivers search down to 40 dB below the strongest echo. At four times this value,
-residuals of strong echoes are sometimes detected; at −25 dB, the receiver tries points on thousands
-of residuals (decision 7)."""
-
-FAINT_INTERFERENCE: Final = 0.1
-"""Power of one part's errors that is tolerated, as a ratio to the mean power that a radar receives
-from one other radar, over ``motion_error``.
-
-Chosen greater than `FAINT_ECHO_ERROR` with the default of ``motion_error``: other radars' signals
-appear as bursts or ghosts, and no receiver searches for weaker signals of other radars below
-these."""
-
-MAX_TRACE_INTERVAL: Final = 16e-3
-"""Greatest time between two traces of a part, s.
-
-A limit is needed because shadows move, which coherence times do not include. Chosen: decision 7
-compares 8, 16 and 32 ms."""
 
 
 @runtime_checkable
@@ -150,34 +112,6 @@ def _every_time(
     return tuple(snapshots)
 
 
-class _Limits(NamedTuple):
-    """Powers that a part's errors are compared with, each ``(transmitter, receiver)``.
-
-    ``others``: power of all other parts of the part's whole. ``faint``: power of the part's errors
-    that is tolerated however weak the whole is.
-    """
-
-    others: FloatArray
-    faint: FloatArray
-
-
-class _PartTraces:
-    """Paths of one part at the times at which it was traced.
-
-    ``tables`` holds the paths by the number of the time, for the pairs that were traced then;
-    ``is_traced`` ``(time, transmitter, receiver)`` says which these were.
-    """
-
-    def __init__(self, num_times: int, num_radars: int) -> None:
-        self.tables: dict[int, PropagationPaths] = {}
-        self.is_traced = np.zeros((num_times, num_radars, num_radars), dtype=bool)
-
-    def add(self, number: int, pairs: IntArray, paths: PropagationPaths) -> None:
-        """Add the paths traced at time ``number`` for ``pairs``."""
-        self.tables[number] = paths
-        self.is_traced[number, pairs[:, 0], pairs[:, 1]] = True
-
-
 class _CrossFade:
     """Paths of all parts at every time, faded between the traces before and after it.
 
@@ -185,10 +119,12 @@ class _CrossFade:
     ``(path,)`` are the number of their part and of the time at which they were traced.
     """
 
-    def __init__(self, parts: Sequence[_PartTraces], times: FloatArray) -> None:
+    def __init__(self, parts: Sequence[PartTraces], times: FloatArray) -> None:
         self.times = times
         self.is_traced = np.array([part.is_traced for part in parts])
-        tables = [(p, k, table) for p, part in enumerate(parts) for k, table in part.tables.items()]
+        tables = [
+            (p, k, part.tables[k]) for p, part in enumerate(parts) for k in sorted(part.tables)
+        ]
         counts = [table.num_paths for _, _, table in tables]
         self.part = np.repeat([p for p, _, _ in tables], counts)
         self.trace = np.repeat([k for _, k, _ in tables], counts)
@@ -258,30 +194,36 @@ class _FrameTraces:
 
     def snapshots(self, progress: Callable[[int, int], None]) -> tuple[PropagationPaths, ...]:
         total = len(self.parts) * len(self.times)
-        first = self._first_traces()
-        whole = gather(first)
-        power = strength(whole, self.scenes[0])
-        strongest = strongest_of_pair(whole, power, len(self.scenes[0].radars))
-        powers = _power_of_pairs(whole, power, len(strongest))
-        faint = _faint_errors(powers, FAINT_INTERFERENCE * self.tracer.motion_error)
-        limits = [_Limits(others, faint) for others in self._power_of_others(first)]
-        steps = [
-            self._steps(begin, self.scenes[0], limit)
-            for begin, limit in zip(first, limits, strict=True)
-        ]
+        parts = self._part_traces()
         groups = self._groups()
         # the group with the most traces starts first: started last, it would run on one core alone
-        groups.sort(key=lambda group: -sum(float(np.sum(1 / steps[k])) for k in group))
-        work = [partial(self._traces, group, first, steps, limits, strongest) for group in groups]
-        done: dict[int, _PartTraces] = {}
-        for traces in side_by_side(work):
-            done |= traces
-            progress(len(done) * len(self.times), total)
-        fading = _CrossFade([done[k] for k in range(len(self.parts))], self.times)
+        groups.sort(key=lambda group: -sum(parts[k].num_expected for k in group))
+        done = 0
+        work = [partial(_trace_all, [parts[k] for k in group], len(self.times)) for group in groups]
+        for number in side_by_side(work):
+            done += number
+            progress(done * len(self.times), total)
+        fading = _CrossFade(parts, self.times)
         return tuple(
             without_weak(fading.at(k), moment, self.tracer.dynamic_range)
             for k, moment in enumerate(self.scenes)
         )
+
+    def _part_traces(self) -> list[PartTraces]:
+        """All parts, traced at the first time."""
+        first, scene = self._first_traces(), self.scenes[0]
+        whole = gather(first)
+        power = strength(whole, scene)
+        strongest = strongest_of_pair(whole, power, len(scene.radars))
+        error = self.tracer.motion_error
+        faint = faint_errors(power_of_pairs(whole, power, len(strongest)), error)
+        frame = Frame(self.times, self.scenes, self.worlds, self.pairs, error, strongest)
+        return [
+            PartTraces(part, frame, Limits(others, faint), paths)
+            for part, others, paths in zip(
+                self.parts, self._power_of_others(first), first, strict=True
+            )
+        ]
 
     def _first_traces(self) -> list[PropagationPaths]:
         """Paths of all parts at the first time.
@@ -302,7 +244,7 @@ class _FrameTraces:
         """Power of all other parts of each part's whole, ``(part, transmitter, receiver)``."""
         scene = self.scenes[0]
         power = [
-            _power_of_pairs(paths, strength(paths, scene), len(scene.radars)) for paths in first
+            power_of_pairs(paths, strength(paths, scene), len(scene.radars)) for paths in first
         ]
         whole = np.array([part.whole or part.name for part in self.parts])
         is_other = (whole[:, None] == whole) & ~np.eye(len(whole), dtype=np.bool_)
@@ -319,86 +261,9 @@ class _FrameTraces:
             groups.setdefault(part.whole or part.name, []).append(number)
         return list(groups.values())
 
-    def _traces(
-        self,
-        group: Sequence[int],
-        first: Sequence[PropagationPaths],
-        steps: Sequence[IntArray],
-        limits: Sequence[_Limits],
-        strongest: FloatArray,
-    ) -> dict[int, _PartTraces]:
-        """Traces of a group's parts: each pair as often as its errors need, and at the last time.
 
-        ``first`` are every part's paths at the first time. ``steps`` ``(transmitter, receiver)`` of
-        every part is the number of time steps from there to the next trace (`_steps`).
-        """
-        last = len(self.times) - 1
-        found = {k: _PartTraces(len(self.times), len(strongest)) for k in group}
-        due = {k: np.minimum(steps[k], last) for k in group}
-        for k in group:
-            found[k].add(0, self.pairs, first[k])
-        for number, k in product(range(1, last + 1), group):
-            pairs = self.pairs[due[k][self.pairs[:, 0], self.pairs[:, 1]] == number]
-            if not len(pairs):
-                continue
-            paths = self.parts[k].trace(self.worlds[number], pairs, strongest)
-            found[k].add(number, pairs, paths)
-            until_next = self._steps(paths, self.scenes[number], limits[k])
-            # traces are due at multiples of the step, so that pairs with different steps coincide
-            next_due = np.minimum((number // until_next + 1) * until_next, last)
-            due[k] = np.where(due[k] == number, next_due, due[k])
-        return found
-
-    def _steps(self, paths: PropagationPaths, scene: Scene, limits: _Limits) -> IntArray:
-        """Number of time steps until each pair is traced again, ``(transmitter, receiver)``.
-
-        Steps are halved until the error is below its limit. Both directions between two radars get
-        the smaller step of the two, and are traced together.
-        """
-        grid = float(self.times[1] - self.times[0]) if len(self.times) > 1 else MAX_TRACE_INTERVAL
-        step = max(1, int(MAX_TRACE_INTERVAL / grid * (1 + 1e-9)))
-        power = strength(paths, scene)
-        whole = limits.others + _power_of_pairs(paths, power, len(limits.others))
-        allowed = np.maximum(self.tracer.motion_error * whole, limits.faint)
-        steps = np.full(allowed.shape, step)
-        while step > 1:
-            wrong = interpolation_error(step * grid / paths.coherence_time)
-            is_wrong = _power_of_pairs(paths, power * wrong, len(allowed)) > allowed
-            is_wrong |= is_wrong.T
-            if not np.any(is_wrong):
-                break
-            shorter = (step + 1) // 2
-            steps[is_wrong] = shorter
-            step = shorter
-        return steps
-
-
-def interpolation_error(gap: FloatArray) -> FloatArray:
-    """Power of a path's error half way between traces, as a ratio to the path's power.
-
-    ``gap`` is T/t_c, the time between the traces over the coherence time.
-
-    >>> float(interpolation_error(np.array(0.4)))
-    0.0001
-    """
-    return np.asarray(np.minimum(1.0, gap**2 / 16) ** 2)
-
-
-def _power_of_pairs(paths: PropagationPaths, power: FloatArray, num_radars: int) -> FloatArray:
-    """Sums of ``power`` ``(path,)`` for every pair, ``(transmitter, receiver)``."""
-    total = np.zeros((num_radars, num_radars))
-    np.add.at(total, (paths.transmitter, paths.receiver), power)
-    return total
-
-
-def _faint_errors(power: FloatArray, of_interference: float) -> FloatArray:
-    """Power of errors that may be tolerated for each pair, shaped like ``power``.
-
-    Errors of own echoes are compared with the power of all own echoes. Errors of signals of other
-    radars are compared with the mean power that the receiver gets from one other radar, of which
-    they may have the share ``of_interference``.
-    """
-    own = np.diagonal(power)
-    others = (power.sum(axis=0) - own) / max(len(power) - 1, 1)
-    is_own = np.eye(len(power), dtype=bool)
-    return np.asarray(np.where(is_own, FAINT_ECHO_ERROR * own, of_interference * others))
+def _trace_all(parts: Sequence[PartTraces], num_times: int) -> int:
+    """Trace parts of one whole at every time at which they are due; the number of parts."""
+    for number, part in product(range(1, num_times), parts):
+        part.trace_due(number)
+    return len(parts)
