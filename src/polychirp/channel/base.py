@@ -43,12 +43,14 @@ class Part(NamedTuple):
     ``trace`` takes the world, (transmitter, receiver) pairs ``(pair, 2)``, and the `strength` of
     the strongest path known of every pair ``(transmitter, receiver)``: it may leave out much weaker
     paths. `path_interpolation` compares the error of a part between traces with the power of all
-    parts of the same ``whole``; if ``whole`` is empty, with the power of the part itself.
+    parts of the same ``whole``; if ``whole`` is empty, with the power of the part itself. If traces
+    are more than ``longest`` s apart, a part is taken to be wrong by its own power between them.
     """
 
     name: str
     trace: Callable[["World", IntArray, FloatArray], PropagationPaths]
     whole: str = ""
+    longest: float = np.inf
 
 
 def all_pairs(

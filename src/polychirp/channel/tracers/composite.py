@@ -204,11 +204,15 @@ class Composite(Spec):
     def _direct_parts(self) -> Iterator[Part]:
         from polychirp.channel.direct.occluded import visible_line_of_sight, visible_point_echoes
 
-        yield _part("line of sight", visible_line_of_sight)
+        sight = _part("line of sight", visible_line_of_sight, "direct")
         if self.diffraction:
-            from polychirp.channel.diffraction.paths import diffracted_paths
+            from polychirp.channel.diffraction.paths import LONGEST_INTERVAL, diffracted_paths
 
-            yield _part("diffraction", diffracted_paths)
+            yield sight._replace(longest=LONGEST_INTERVAL)
+            edges = _part("diffraction", diffracted_paths, "direct")
+            yield edges._replace(longest=LONGEST_INTERVAL)
+        else:
+            yield sight
         yield _part("points", visible_point_echoes)
 
     def _moving_parts(self, world: "World") -> Iterator[Part]:

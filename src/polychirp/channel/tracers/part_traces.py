@@ -29,7 +29,8 @@ Limits: amplitudes and shadows between traces are interpolated, not traced. Path
 bodies are less accurate than stated. Their delays are extrapolated without acceleration, which is
 not known because their reflection points move along the surfaces. They also change faster than
 their coherence times say, because each ray tube meets other facets as the bodies move. Nor do
-coherence times say how fast shadows and waves over edges change.
+coherence times say how fast shadows change, or waves over edges, which therefore state the longest
+time between two traces.
 """
 
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -67,7 +68,7 @@ compares 8, 16 and 32 ms."""
 
 
 class Frame(NamedTuple):
-    """What all parts of a frame have in common.
+    """Times and places that all parts of a frame share, and their common limits.
 
     ``times`` s, rising and evenly spaced, with the ``scenes`` and ``worlds`` of each; ``pairs``
     (transmitter, receiver) ``(pair, 2)``, all that are traced; ``motion_error`` of the tracer;
@@ -179,7 +180,10 @@ class PartTraces:
         allowed = np.maximum(frame.motion_error * whole, limits.faint)
         steps = np.full(allowed.shape, step)
         while step > 1:
-            wrong = interpolation_error(step * frame.grid / paths.coherence_time)
+            gap = step * frame.grid
+            wrong = interpolation_error(gap / paths.coherence_time)
+            if gap > self.part.longest * (1 + 1e-9):
+                wrong = np.ones_like(wrong)
             is_wrong = power_of_pairs(paths, power * wrong, len(allowed)) > allowed
             is_wrong |= is_wrong.T
             if not np.any(is_wrong):

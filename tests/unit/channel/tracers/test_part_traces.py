@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from polychirp.channel.base import Part, path_table
+from polychirp.channel.base import Part, path_table, strength
 from polychirp.channel.tracers.part_traces import (
     Frame,
     Limits,
@@ -18,10 +18,10 @@ LAST, GRID, ALLOWED = 32, 1e-3, 1e-2
 TIMES = np.arange(LAST + 1) * GRID
 
 
-def traced(coherence, pairs=((0, 0),)):
+def traced(coherence, pairs=((0, 0),), longest=np.inf, faint=0.0):
     """The part after a frame; ``coherence`` gives the coherence time, s, at a time and of a pair.
 
-    Its paths all have the same power.
+    Its paths all have the same power; ``faint`` errors of it are tolerated.
     """
     pairs = np.array(pairs)
     scene = around([], [(0, 0, 0.6)] * (1 + int(pairs.max())))
@@ -45,9 +45,9 @@ def traced(coherence, pairs=((0, 0),)):
     num_radars = len(scene.radars)
     none = np.zeros((num_radars, num_radars))
     frame = Frame(TIMES, scenes, scenes, pairs, ALLOWED, none)
-    part = PartTraces(
-        Part("glint", trace), frame, Limits(none, none), trace(scenes[0], pairs, none)
-    )
+    first = trace(scenes[0], pairs, none)
+    tolerated = none + faint * float(strength(first, scene)[0])
+    part = PartTraces(Part("glint", trace, longest=longest), frame, Limits(none, tolerated), first)
     for number in range(1, LAST + 1):
         part.trace_due(number)
     return part
@@ -59,6 +59,13 @@ def times_of(part, pair=(0, 0)):
 
 def test_paths_that_stay_in_phase_are_traced_every_16_ms():
     assert times_of(traced(lambda _, __: np.inf)).tolist() == [0, 16, 32]
+
+
+@pytest.mark.parametrize(("faint", "interval"), [(0.5, 4), (2.0, 16)])
+def test_traces_are_no_farther_apart_than_a_part_states_unless_it_is_faint(faint, interval):
+    """Over the longest interval it is wrong by its own power, which may be tolerated."""
+    times = times_of(traced(lambda _, __: np.inf, longest=4e-3, faint=faint))
+    assert times.tolist() == list(range(0, LAST + 1, interval))
 
 
 def test_a_glint_that_arrives_late_is_traced_before_it_arrives():
