@@ -83,6 +83,7 @@ def test_identical_radars_in_step_make_two_indirect_ghosts(results):
     assert 6.0 < power_near(row, 5.6) < 11.0
     assert 2.0 < power_near(row, 7.4) < 6.0
     strength = [g.power_over_strongest_target_db for g in row.ghosts if g.kind == "indirect"]
+    assert strength[1] > 0.0
     assert all(power < -10.0 for power in strength[2:])
     assert row.missed == 0
 
