@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, runtime_ch
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray, axes_of
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray, axes_of
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
 
@@ -191,8 +191,16 @@ def strongest_of_pair(paths: PropagationPaths, power: FloatArray, num_radars: in
 
 
 def without_weak(paths: PropagationPaths, scene: Scene, dynamic_range: float) -> PropagationPaths:
-    """Paths whose `strength` is within ``dynamic_range`` (ratio) of their pair's strongest."""
+    """Paths that are `within_range`."""
+    return paths.select(within_range(paths, scene, dynamic_range))
+
+
+def within_range(paths: PropagationPaths, scene: Scene, dynamic_range: float) -> BoolArray:
+    """Which paths have a `strength` within ``dynamic_range`` (ratio) of their pair's strongest.
+
+    Shaped ``(path,)``. Paths without any strength are not within it.
+    """
     power = strength(paths, scene)
     strongest = strongest_of_pair(paths, power, len(scene.radars))
     limit = strongest[paths.transmitter, paths.receiver] / dynamic_range
-    return paths.select((power >= limit) & (power > 0))
+    return np.asarray((power >= limit) & (power > 0))

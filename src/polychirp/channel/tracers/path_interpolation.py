@@ -26,7 +26,7 @@ from polychirp.channel.base import (
     gather,
     strength,
     strongest_of_pair,
-    without_weak,
+    within_range,
 )
 from polychirp.channel.tracers.part_traces import (
     Frame,
@@ -131,29 +131,50 @@ class _CrossFade:
         # `gather` gives all paths one reference time; `at` uses the time of each path's trace
         self.paths = gather([table for _, _, table in tables])
 
-    def at(self, number: int) -> PropagationPaths:
-        """Paths at time ``number``."""
+    def at(self, number: int, scene: Scene, dynamic_range: float) -> PropagationPaths:
+        """Paths at time ``number``, when ``scene`` is as it is then.
+
+        Those within ``dynamic_range`` before they fade are kept, so that both traces of a path
+        are in use as long as it stays within it.
+        """
+        used, share, gap = self._used(number)
+        paths = self._extrapolated(used, number)
+        kept = within_range(paths, scene, dynamic_range)
+        paths, used, share, gap = paths.select(kept), used[kept], share[kept], gap[kept]
+        grid = max(self.times[-1] - self.times[0], 1e-12) / max(len(self.times) - 1, 1)
+        fading = np.sign(self.trace[used] - number) / (np.maximum(gap, 1) * grid)
+        return replace(
+            paths,
+            transfer=share[:, None, None] * paths.transfer,
+            # between its traces the amplitude of a path changes by the fade alone
+            transfer_drift=np.where(gap == 0, paths.transfer_drift, fading / share),
+        )
+
+    def _used(self, number: int) -> tuple[IntArray, FloatArray, IntArray]:
+        """Which paths are in use at time ``number``, with their shares and the traces' distances.
+
+        The share of a path is the factor of its amplitude; the distance is the number of time steps
+        between the traces before and after ``number``, 0 at the time of a trace.
+        """
         where = self.part, self.paths.transmitter, self.paths.receiver
         before, after = self._last(number)[where], self._next(number)[where]
         used = np.flatnonzero((self.trace == before) | (self.trace == after))
-        trace, gap = self.trace[used], (after - before)[used]
-        share = np.where(gap == 0, 1.0, 1.0 - np.abs(number - trace) / np.maximum(gap, 1))
+        gap, away = (after - before)[used], np.abs(number - self.trace[used])
+        share = np.where(gap == 0, 1.0, 1.0 - away / np.maximum(gap, 1))
         some = share > 0
-        used, share, gap = used[some], share[some], gap[some]
+        return used[some], share[some], gap[some]
+
+    def _extrapolated(self, used: IntArray, number: int) -> PropagationPaths:
+        """Paths ``used`` as they have moved between their trace and time ``number``."""
         paths, time = self.paths.select(used), self.times[number]
         elapsed = time - self.times[self.trace[used]]
         delay, delay_rate = paths.delays_after(elapsed)
-        grid = max(self.times[-1] - self.times[0], 1e-12) / max(len(self.times) - 1, 1)
-        fading = -np.sign(elapsed) / (np.maximum(gap, 1) * grid)
         turned = elapsed[:, None]
         return replace(
             paths,
             reference_time=float(time),
             delay=delay,
             delay_rate=delay_rate,
-            transfer=share[:, None, None] * paths.transfer,
-            # between its traces the amplitude of a path changes by the fade alone
-            transfer_drift=np.where(gap == 0, paths.transfer_drift, fading / share),
             departure=paths.departure + turned * paths.departure_rate,
             arrival=paths.arrival + turned * paths.arrival_rate,
         )
@@ -205,8 +226,7 @@ class _FrameTraces:
             progress(done * len(self.times), total)
         fading = _CrossFade(parts, self.times)
         return tuple(
-            without_weak(fading.at(k), moment, self.tracer.dynamic_range)
-            for k, moment in enumerate(self.scenes)
+            fading.at(k, moment, self.tracer.dynamic_range) for k, moment in enumerate(self.scenes)
         )
 
     def _part_traces(self) -> list[PartTraces]:
