@@ -5,9 +5,10 @@
 
 For the ten pairs of four radars at three times, each row compares the bounces by tubes of two
 widths, before and after they are cut, with those of tubes of ``REFERENCE_MM`` (2.5 by default)
-everywhere. It gives the median, the rms and the worst difference of the power of all paths of a
-pair, in dB; the power of the field's error over that of the field, in dB, over the band of the
-radars; and the seconds of one thread for a snapshot.
+everywhere. It gives the median difference of the power of all paths of a pair, in dB, and the power
+of the field's error over that of the field, in dB, over the band of the radars, for all pairs and
+for those whose bounces are within 30 dB of the strongest pair's, with the rms of their differences;
+and the seconds of one thread for a snapshot.
 """
 
 import sys
@@ -20,11 +21,14 @@ from polychirp.channel.ray_tubes.paths import tube_paths
 from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import scene_of
 from polychirp.testing.shapes import transfer_at
+from polychirp.units import to_db
 
 TIMES = (0.0, 8e-3, 16e-3)
 FREQUENCIES = 79e9 + np.linspace(-0.5e9, 0.5e9, 65)
-MILLIMETRES = ((20, 20), (10, 10), (5, 5), (20, 2.5), (40, 5), (40, 2.5), (80, 2.5))
+MILLIMETRES = ((20, 20), (10, 10), (5, 5), (20, 5), (40, 2.5), (20, 2.5))
 """Widths of the widest and of the narrowest tubes of each row."""
+STRONG = 30.0
+"""dB by which bounces of a pair may be weaker than those of the strongest pair to be strong."""
 
 
 def street_at(tracer, scene):
@@ -54,23 +58,23 @@ def bounces(street, widest, narrowest):
 
 
 def row_of(runs, truths):
-    """Median, rms and worst difference of the power, median error of the field, and seconds."""
-    pairs = list(zip(runs, truths, strict=True))
-    power = np.concatenate([10 * np.log10(run[1] / truth[1]) for run, truth in pairs])
-    error = np.concatenate(
-        [
-            np.sum(np.abs(run[0] - truth[0]) ** 2, axis=1) / np.sum(np.abs(truth[0]) ** 2, axis=1)
-            for run, truth in pairs
-        ]
-    )
-    size = np.abs(power)
-    return (
-        np.median(size),
-        np.sqrt(np.mean(size**2)),
-        power[np.argmax(size)],
-        10 * np.log10(np.median(error)),
-        np.mean([run[2] for run in runs]),
-    )
+    """Median errors of the power and of the field, of all pairs and of `strong` ones; seconds."""
+    power, error, is_strong = [], [], []
+    for run, truth in zip(runs, truths, strict=True):
+        power.append(to_db(run[1]) - to_db(truth[1]))
+        wrong = np.sum(np.abs(run[0] - truth[0]) ** 2, axis=1)
+        error.append(to_db(wrong / np.sum(np.abs(truth[0]) ** 2, axis=1)))
+        is_strong.append(strong(truth[1]))
+    size, error = np.abs(np.concatenate(power)), np.concatenate(error)
+    is_strong = np.concatenate(is_strong)
+    medians = [np.median(v[which]) for which in (slice(None), is_strong) for v in (size, error)]
+    rms = np.sqrt(np.mean(size[is_strong] ** 2))
+    return *medians, rms, np.mean([run[2] for run in runs])
+
+
+def strong(power):
+    """Pairs ``(pair,)`` whose bounces are within `STRONG` of the strongest pair's."""
+    return to_db(power) > to_db(np.max(power)) - STRONG
 
 
 def main():
@@ -81,10 +85,10 @@ def main():
     bounces(streets[0], 40, 20)  # loads the kernels
     truths = [bounces(street, reference, reference) for street in streets]
     print(f"{reference} mm everywhere: {np.mean([truth[2] for truth in truths]):.1f} s")
-    print("  widest  narrowest  median    rms   worst  field     s")
+    print("  widest  narrowest   all: power  field   strong: power  field    rms      s")
     for widest, narrowest in MILLIMETRES:
         row = row_of([bounces(street, widest, narrowest) for street in streets], truths)
-        values = "  {:6.2f} {:6.2f} {:+7.1f} {:+6.1f}  {:.2f}".format(*row)
+        values = "  {:10.2f} {:+7.1f}  {:13.2f} {:+6.1f} {:6.2f}  {:5.2f}".format(*row)
         print(f"{widest:5} mm  {narrowest:6} mm {values}", flush=True)
 
 

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from polychirp.channel.ray_tubes import paths as ray_tubes
+from polychirp.channel.ray_tubes import refinement
 from polychirp.channel.ray_tubes.paths import tube_paths
 from polychirp.channel.ray_tubes.refinement import MIN_TUBES, Level, Widths, first_level
 from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
-from polychirp.testing.shapes import around, box, mesh_of, transfer_at, trihedral
+from polychirp.testing.shapes import around, box, mesh_of, plate, transfer_at, trihedral
 
 FREQUENCY = 79e9
 WIDTHS = {"tube": 0.01, "coarsest": 0.04, "across": 1}
@@ -27,6 +28,13 @@ def world():
     ]  # fmt: skip
     scene = around(actors, [(0.0, 0.0, 0.5), (0.3, 1.2, 0.6)])
     return Composite(dynamic_range=1e14).prepare(scene)
+
+
+@pytest.fixture
+def wide(monkeypatch):
+    """The first tubes are wide although the bodies are small and near."""
+    monkeypatch.setattr(refinement, "MIN_TUBES", 256)
+    monkeypatch.setattr(refinement, "_times_nearer", lambda _: 0)
 
 
 def field(world, ends=(0, 1), **how):
@@ -64,6 +72,7 @@ def halve_all(monkeypatch, turns):
     )
 
 
+@pytest.mark.usefixtures("wide")
 def test_halving_every_tube_is_the_same_as_narrow_tubes(world, monkeypatch):
     with monkeypatch.context() as patch:
         start_narrow(patch, 2)
@@ -76,6 +85,7 @@ def test_halving_every_tube_is_the_same_as_narrow_tubes(world, monkeypatch):
     assert np.abs(wide - narrow).max() > 1e-2 * np.abs(narrow).max()
 
 
+@pytest.mark.usefixtures("wide")
 def test_bounces_that_narrow_tubes_are_not_followed_to_stay_those_of_wide_tubes(world, monkeypatch):
     """Halved for two bounces: two are those of narrow tubes, the third that of wide ones."""
     by = {}
@@ -91,6 +101,7 @@ def test_bounces_that_narrow_tubes_are_not_followed_to_stay_those_of_wide_tubes(
     np.testing.assert_allclose(found - by[2, 2], third, atol=1e-6 * np.abs(found).max())
 
 
+@pytest.mark.usefixtures("wide")
 @pytest.mark.parametrize("ends", [(0, 0), (0, 1), (1, 1)])
 @pytest.mark.parametrize(("left", "share"), [(ray_tubes.UNHALVED_SHARE, 1.0), ((1e-9,), 0.05)])
 def test_the_less_power_is_left_to_wide_tubes_the_less_of_their_error_is_left(
@@ -143,3 +154,11 @@ def test_a_small_body_has_the_tubes_across_that_are_asked_for(world):
         window = first_level(world, 0, [1], Widths(0.01, 0.01, across), 3).windows[0]
         nearest = np.linalg.norm(np.array([3.0, 0.4, 0.4]) - [0.0, 0.0, 0.5]) - 0.25
         assert np.max(window.step) * nearest == pytest.approx(expected, rel=0.1)
+
+
+@pytest.mark.parametrize(("x", "times"), [(12.0, 0), (4.0, 1), (1.0, 2)])
+def test_tubes_over_near_bodies_are_narrower(x, times):
+    big = Actor(name="wall", kind="object", mesh=mesh_of(plate(4.0, 0.5)), pose=Pose(x=x, yaw=3.14))
+    world = Composite().prepare(around([big], [(0.0, 0.0, 0.0)]))
+    level = first_level(world, 0, [0], Widths(0.0025, 0.02, 1), 3)
+    assert level.left[0] == 3 - times

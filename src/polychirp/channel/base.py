@@ -196,9 +196,9 @@ def without_weak(paths: PropagationPaths, scene: Scene, dynamic_range: float) ->
 
 
 def within_range(paths: PropagationPaths, scene: Scene, dynamic_range: float) -> BoolArray:
-    """Which paths have a `strength` within ``dynamic_range`` (ratio) of their pair's strongest.
+    """Mask of the paths whose `strength` is within ``dynamic_range`` of their pair's strongest.
 
-    Shaped ``(path,)``. Paths without any strength are not within it.
+    The mask is ``(path,)``, the range a power ratio. Paths without any strength are not within it.
     """
     power = strength(paths, scene)
     strongest = strongest_of_pair(paths, power, len(scene.radars))

@@ -23,6 +23,12 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 @inlined
+def plus(a: Vector, b: Vector, factor: float) -> Vector:
+    """The sum a + ``factor`` b."""
+    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
+
+
+@inlined
 def vector(a: FloatArray) -> Vector:
     """The vector in an array ``(xyz,)``."""
     return a[0], a[1], a[2]

@@ -29,8 +29,8 @@ class Contributions(NamedTuple):
 
     ``pair`` (transmitter, receiver) and ``body`` (first, last) are numbers, ``(contribution, 2)``.
     ``transfer`` ``(contribution, receiving, transmitting)`` includes the phase of ``length``, m,
-    whose ``rate`` is in m/s. ``direction`` (of departure, of arrival) and ``point``, m, on (the
-    first, the last) body are ``(contribution, 2, xyz)``.
+    whose ``rate`` is in m/s and ``acceleration`` in m/s². ``direction`` (of departure, of arrival)
+    and ``point``, m, on (the first, the last) body are ``(contribution, 2, xyz)``.
     """
 
     pair: IntArray
@@ -38,6 +38,7 @@ class Contributions(NamedTuple):
     transfer: ComplexArray
     length: FloatArray
     rate: FloatArray
+    acceleration: FloatArray
     direction: FloatArray
     point: FloatArray
 
@@ -63,6 +64,7 @@ NO_CONTRIBUTIONS: Final = Contributions(
     transfer=np.zeros((0, 2, 2), dtype=np.complex128),
     length=np.zeros(0),
     rate=np.zeros(0),
+    acceleration=np.zeros(0),
     direction=np.zeros((0, 2, 3)),
     point=np.zeros((0, 2, 3)),
 )
@@ -127,21 +129,23 @@ def _paths(world: World, key: IntArray, sums: _Sums, parts: Contributions) -> Pr
     flat = parts.transfer.reshape(-1, 4)
     total = sums(flat.real) + 1j * sums(flat.imag)
     power = np.sum(np.abs(total) ** 2, axis=-1)
-    share = np.sum((total.conj()[sums.cell] * flat).real, axis=-1)
-    share /= np.where(power > 0, power, 1.0)[sums.cell]
+    unit = total / np.sqrt(np.where(power > 0, power, 1.0))[:, None]
+    moment = np.sum(unit.conj()[sums.cell] * flat, axis=-1)
+    moment /= np.sqrt(np.where(power > 0, power, 1.0))[sums.cell]
+    share = moment.real
     weight = np.sum(np.abs(flat) ** 2, axis=-1)
     weight /= sums(weight)[sums.cell]
     middle = CELL_LENGTH * key[:, 4]
     numbers = np.concatenate(
         [(parts.length - middle[sums.cell])[:, None], parts.rate[:, None],
-         parts.direction.reshape(-1, 6)], axis=1
+         parts.acceleration[:, None], parts.direction.reshape(-1, 6)], axis=1
     )  # fmt: skip
     mean, plain = sums(share[:, None] * numbers), sums(weight[:, None] * numbers)
     # where contributions almost cancel, power-weighted means replace the ratios of moments
-    size = np.linalg.norm(mean[:, 2:].reshape(-1, 2, 3), axis=-1)
+    size = np.linalg.norm(mean[:, 3:].reshape(-1, 2, 3), axis=-1)
     is_wild = (np.abs(mean[:, 0]) > CELL_LENGTH) | np.any(np.abs(size - 1.0) > 0.2, axis=1)
     mean = np.where(is_wild[:, None], plain, mean)
-    spread = np.sqrt(sums(weight * (parts.rate - plain[sums.cell, 1]) ** 2))
+    motion = _Motion(sums, moment, parts, mean[:, 1:3], world.wavenumber)
     length = middle + mean[:, 0]
     transfer = total.reshape(-1, 2, 2) * np.exp(1j * world.wavenumber * length)[:, None, None]
     found = Contributions(
@@ -150,18 +154,64 @@ def _paths(world: World, key: IntArray, sums: _Sums, parts: Contributions) -> Pr
         transfer=transfer,
         length=length,
         rate=mean[:, 1],
-        direction=mean[:, 2:].reshape(-1, 2, 3),
+        acceleration=mean[:, 2] + motion.glide,
+        direction=mean[:, 3:].reshape(-1, 2, 3),
         point=sums(weight[:, None, None] * parts.point),
     )
-    return _table(world, found, spread)
+    return _table(world, found, motion.coherence_time)
 
 
-def _table(world: World, found: Contributions, spread: FloatArray) -> PropagationPaths:
+MOST_GLIDE: Final = 300.0
+"""Greatest acceleration, m/s², by which points of reflection glide. Chosen: bodies that pass at
+15 m/s within a metre have less; a cell that seems to have more is one of contributions that
+cancel."""
+
+
+class _Motion:
+    r"""Deviations of a cell's contributions from the motion with one rate and one acceleration.
+
+    With the deviations ν of their rates and a of their accelerations, the sum changes within t by
+
+    .. math:: \frac{\sum c\,e^{-jk(\nu t + at^2/2)}}{\sum c} - 1 \approx
+        -jkt\,\overline{\nu} - \tfrac12 t^2 (k^2\,\overline{\nu^2} + jk\,\overline{a})
+
+    with means weighted by c, which are complex. The imaginary part of the last term is one more
+    acceleration, ``glide``, m/s² ``(cell,)``: the point of reflection glides over the bodies.
+
+    ``moment`` is ⟨S, c⟩/⟨S, S⟩ of each contribution; ``motion`` ``(cell, 2)`` the cell's rate and
+    acceleration.
+    """
+
+    def __init__(
+        self,
+        sums: _Sums,
+        moment: ComplexArray,
+        parts: Contributions,
+        motion: FloatArray,
+        wavenumber: float,
+    ) -> None:
+        def mean(values: FloatArray) -> ComplexArray:
+            return np.asarray(sums(moment.real * values) + 1j * sums(moment.imag * values))
+
+        rate = parts.rate - motion[sums.cell, 0]
+        bend = parts.acceleration - motion[sums.cell, 1]
+        square = wavenumber**2 * mean(rate**2) + 1j * wavenumber * mean(bend)
+        glide = square.imag / wavenumber
+        self.glide = np.where(np.abs(glide) < MOST_GLIDE, glide, 0.0)
+        self._first = wavenumber * np.abs(mean(rate))
+        self._second = 0.5 * np.abs(square - 1j * wavenumber * self.glide)
+
+    @property
+    def coherence_time(self) -> FloatArray:
+        """Time until both terms, without the glide, add up to one half, s ``(cell,)``."""
+        below = self._first + np.sqrt(self._first**2 + 2 * self._second)
+        return np.asarray(1.0 / np.maximum(below, 1e-12))
+
+
+def _table(world: World, found: Contributions, coherence: FloatArray) -> PropagationPaths:
     """Table of paths, and of their reverse where they join two radars."""
     back = np.flatnonzero(found.pair[:, 0] != found.pair[:, 1])
     both = joined([found, found.reversed.of(back)])
-    spread = np.concatenate([spread, spread[back]])
-    is_spread, rate = spread > 1e-9, world.wavenumber * np.maximum(spread, 1e-9)
     return path_table(
         scene=world.scene,
         frequency=world.frequency,
@@ -175,5 +225,6 @@ def _table(world: World, found: Contributions, spread: FloatArray) -> Propagatio
             (Bounce.REFLECTION, world.body[both.body[:, 0]], both.point[:, 0]),
             (Bounce.SCATTERING, world.body[both.body[:, 1]], both.point[:, 1]),
         ],
-        coherence_time=np.where(is_spread, 1.0 / rate, np.inf),
+        coherence_time=np.concatenate([coherence, coherence[back]]),
+        delay_acceleration=both.acceleration / SPEED_OF_LIGHT,
     )

@@ -25,20 +25,20 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.geometry.vectors import Vector, dot, row, vector
+from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector
 from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.physical_optics.facet_integral import phasor
-from polychirp.channel.physical_optics.kernels import SHADOW_RAY_LIFT
+from polychirp.channel.physical_optics.kernels import SHADOW_RAY_LIFT, any_normal_to
 from polychirp.channel.ray_tubes.fields import mirrored_by, ray_along, reflected
 from polychirp.channel.ray_tubes.flat_parts import LEAST_GAP, NO_PART, FlatPart
 from polychirp.channel.ray_tubes.fresnel_window import window
 from polychirp.channel.ray_tubes.intersections import (
     NO_BODY,
     NO_INTERSECTION,
-    Contact,
     Notes,
     Space,
     fade,
+    flat_contact,
     is_near_leaves,
     meet,
     velocity_there,
@@ -70,9 +70,6 @@ MIN_COSINE: Final = 1e-3
 
 MIN_LEG: Final = 1e-6
 """Distance, m, behind a reflection at which the search for obstacles begins, as `MIN_STEP`."""
-
-NO_EDGE: Final = (0.0, 0.0, 0.0)
-"""Edge of a tube without width."""
 
 
 class PlacedPart(NamedTuple):
@@ -233,11 +230,16 @@ def _lit_at(
     leaves = _leaves_on(around, origin, there) * _leaves_on(around, found.nearest, onward)
     own, other = _velocity_on(first, found.specular), _velocity_on(last, at)
     way, distance = _leg(origin, found.specular)
-    ray = ray_along(origin, vector(source.velocity), way, (NO_EDGE, NO_EDGE))
-    met = Contact(found.specular, distance, normal, first.shape.medium, own, NO_PART)
+    edge = any_normal_to(way)
+    ray = ray_along(origin, vector(source.velocity), way, (edge, cross(way, edge)))
+    met = flat_contact(
+        found.specular, distance, normal, first.shape.medium, own, first.yaw_rate, NO_PART
+    )
     after = mirrored_by(ray, met, around.media, k)
-    here = Contact(at, length - distance, upright, last.shape.medium, other, NO_PART)
-    record(hit, after, reflected(after, here, around.media, k), upright, last.roughness)
+    here = flat_contact(
+        at, length - distance, upright, last.shape.medium, other, last.yaw_rate, NO_PART
+    )
+    record(hit, after, reflected(after, here, around.media, k), here, last.roughness)
     detour = there[1] + onward[1] - length
     turned = phasor(-k * detour)
     share = leaves * found.share * turned
@@ -248,7 +250,7 @@ def _lit_at(
                 current[t, x, axis] *= share
     put(hit["departure"], there[0])
     put(hit["first_point"], found.nearest)
-    hit["length"] = length + detour
+    hit["length"], hit["spread"] = length + detour, 1.0 / (length + detour)
     p, q, own = there[0], onward[0], _velocity_on(first, found.nearest)
     rate = -dot(p, vector(source.velocity)) + dot(own, p) - dot(own, q) + dot(other, q)
     hit["rate"] = rate - dot(other, d)

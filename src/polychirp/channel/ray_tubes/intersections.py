@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector, vector_at
+from polychirp.channel.geometry.vectors import Vector, cross, dot, plus, row, vector, vector_at
 from polychirp.channel.geometry.wide_bvh import (
     EITHER_KIND,
     OPAQUE_KIND,
@@ -22,6 +22,14 @@ from polychirp.channel.geometry.wide_bvh import (
 )
 from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.physical_optics.paths import scatters
+from polychirp.channel.ray_tubes.curved_facets import (
+    HEIGHTS,
+    IS_CURVED,
+    NORMALS,
+    curved_facets,
+    shares_of,
+    slopes_of,
+)
 from polychirp.channel.ray_tubes.flat_parts import NO_PART, flat_parts_of
 from polychirp.channel.scene.blockers import (
     PLATE_CENTRE,
@@ -32,7 +40,7 @@ from polychirp.channel.scene.blockers import (
     is_beside,
 )
 from polychirp.channel.scene.transmission import chord
-from polychirp.channel.scene.world import RADAR_CLEARANCE, Surface, World
+from polychirp.channel.scene.world import RADAR_CLEARANCE, Role, Surface, World
 from polychirp.jit import inlined, inner
 
 NO_SURFACE, FACE, PANE, PLATE = 0, 1, 2, 3
@@ -65,11 +73,27 @@ NO_INTERSECTION: Final = Intersection(np.inf, NO_SURFACE, 0, 0)
 """The `Intersection` of a ray that meets no surface."""
 
 
+class Bend(NamedTuple):
+    """Curvature of a surface: where its normal is n, a step s along it turns n.
+
+    The change of n is ``turn_u`` (``slope_u`` · s) + ``turn_v`` (``slope_v`` · s), without its part
+    along n. The turns have no unit, the slopes are in 1/m.
+    """
+
+    turn_u: Vector
+    slope_u: Vector
+    turn_v: Vector
+    slope_v: Vector
+
+
 class Contact(NamedTuple):
     """A point at which a ray meets a surface.
 
     ``point`` is in the world, m; ``distance`` is the ray's length to it, m; ``normal``, ``medium``
-    (a number), ``velocity``, m/s, and ``part``, a number or `NO_PART`, are those of the surface.
+    (a number), ``velocity``, m/s, ``yaw_rate``, rad/s, and ``part``, a number or `NO_PART`, are
+    those of the surface. ``facet`` is the normal of the flat facet that stands for the surface,
+    above which ``point`` lies by ``height``, m; ``bend`` is as in `Bend`, and ``is_curved`` tells
+    whether it is other than `NO_BEND`.
     """
 
     point: Vector
@@ -77,8 +101,20 @@ class Contact(NamedTuple):
     normal: Vector
     medium: int
     velocity: Vector
+    yaw_rate: float
     part: int
+    facet: Vector
+    height: float
+    is_curved: bool
+    bend: Bend
 
+
+NO_BEND: Final = Bend((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+"""The `Bend` of a flat surface."""
+
+LEAST_COSINE: Final = 0.1
+"""Least cosine of incidence with which a contact is shifted to the curved surface. Chosen: at less
+the ray runs along the surface, past many facets."""
 
 BODY: Final = np.dtype(
     [
@@ -105,6 +141,7 @@ class Space(NamedTuple):
 
     ``bundle``, ``triangle`` as in `Bundles`, those of all bodies one after another; ``part``
     ``(triangle,)``, the number of each triangle's flat part among its body's, or `NO_PART`;
+    ``curve`` ``(triangle, column)``, as `curved_facets` gives it;
     ``body`` ``(body,)`` of type `BODY`; ``plate`` as in `Blockers`, with ``plate_velocity`` m/s
     ``(plate, xyz)`` and ``plate_is_pane`` ``(plate,)``, true for thin sheets; ``room``:
     `Bundles.stack_size`.
@@ -113,6 +150,7 @@ class Space(NamedTuple):
     bundle: NDArray[np.float32]
     triangle: FloatArray
     part: IntArray
+    curve: FloatArray
     body: NDArray[np.void]
     plate: FloatArray
     plate_velocity: FloatArray
@@ -130,20 +168,26 @@ def _bundles(surface: Surface, materials: tuple[str, ...]) -> Bundles:
     )
 
 
+def _faces(surface: Surface, role: Role) -> IntArray:
+    """Numbers of the faces that are a surface's triangles of one role, in its tree's order."""
+    is_mine = np.isin(surface.medium, surface.tree_medium[role])
+    return np.asarray(np.flatnonzero(is_mine)[surface.trees[role].face])
+
+
 @lru_cache(maxsize=64)
-def _parts(surface: Surface) -> IntArray:
-    """Flat part, or `NO_PART`, of each triangle of a surface's `_bundles`."""
-    opaque, pane = surface.trees["opaque"], surface.trees["pane"]
-    is_opaque = np.isin(surface.medium, surface.tree_medium["opaque"])
-    of_face = flat_parts_of(surface).of_face[is_opaque]
-    return np.concatenate([of_face[opaque.face], np.full(len(pane.face), NO_PART)])
+def _shapes(surface: Surface) -> tuple[IntArray, FloatArray]:
+    """Flat part, or `NO_PART`, and `curved_facets` of each triangle of a surface's `_bundles`."""
+    opaque, pane = _faces(surface, "opaque"), _faces(surface, "pane")
+    part = flat_parts_of(surface).of_face[opaque]
+    curve = curved_facets(surface)[np.concatenate([opaque, pane])]
+    return np.concatenate([part, np.full(len(pane), NO_PART)]), curve
 
 
 @lru_cache(maxsize=4)
 def _all_bundles(
     surfaces: tuple[Surface, ...], materials: tuple[str, ...]
-) -> tuple[Bundles, IntArray, IntArray]:
-    """Search trees of all surfaces, the flat parts of their triangles, and where each body begins.
+) -> tuple[Bundles, IntArray, FloatArray, IntArray]:
+    """Search trees of all surfaces, the `_shapes` of their triangles, and where each body begins.
 
     It begins at a bundle and a triangle, ``(body, 2)``.
     """
@@ -155,8 +199,11 @@ def _all_bundles(
         np.concatenate([p.triangle for p in found]),
         max(p.stack_size for p in found),
     )
-    part = np.concatenate([_parts(surface) for surface in kinds])
-    return both, part, begin[[kinds.index(surface) for surface in surfaces]]
+    part, curve = (
+        np.concatenate(columns)
+        for columns in zip(*[_shapes(surface) for surface in kinds], strict=True)
+    )
+    return both, part, curve, begin[[kinds.index(surface) for surface in surfaces]]
 
 
 def space_of(world: World, faces: Blockers) -> Space:
@@ -164,13 +211,14 @@ def space_of(world: World, faces: Blockers) -> Space:
 
     Bodies farther from all radars than the longest path are marked as neither solid nor leafy.
     """
-    bundles, part, begin = _all_bundles(world.surfaces, world.materials)
+    bundles, part, curve, begin = _all_bundles(world.surfaces, world.materials)
     actors = world.scene.actors
     speeds = np.array([actors[actor].velocity for actor in world.plates.actor]).reshape(-1, 3)
     return Space(
         bundle=bundles.bundle,
         triangle=bundles.triangle,
         part=part,
+        curve=curve,
         body=_body_table(world, faces, begin),
         plate=faces.plate,
         plate_velocity=speeds,
@@ -206,6 +254,17 @@ def _body_table(world: World, faces: Blockers, begin: IntArray) -> NDArray[np.vo
     for name, values in columns.items():
         table[name] = values
     return table
+
+
+@inlined
+def into_frame(body: np.void, point: Vector) -> Vector:
+    """A point of the world in a body's frame, m."""
+    r, shift = body["rotation"], vector(body["shift"])
+    return (
+        dot(row(r, 0), point) + shift[0],
+        dot(row(r, 1), point) + shift[1],
+        dot(row(r, 2), point) + shift[2],
+    )
 
 
 @inlined
@@ -251,10 +310,10 @@ def _nearest_of_body(
     """Distance of the nearest hit on body ``b``, m, and the row of `Space.triangle` that is hit."""
     body = space.body[b]
     x, y, z = row(body["rotation"], 0), row(body["rotation"], 1), row(body["rotation"], 2)
-    c, shift = vector(body["centre"]), vector(body["shift"])
+    c = vector(body["centre"])
     begin = body["first_row"], body["first_triangle"]
     ray = SearchRay(
-        (dot(x, point) + shift[0], dot(y, point) + shift[1], dot(z, point) + shift[2]),
+        into_frame(body, point),
         (dot(x, direction), dot(y, direction), dot(z, direction)),
         span,
         dot((c[0] - point[0], c[1] - point[1], c[2] - point[2]), direction),
@@ -355,30 +414,143 @@ def velocity_there(at_origin: Vector, yaw_rate: float, point: Vector) -> Vector:
     return (x - yaw_rate * point[1], y + yaw_rate * point[0], z)
 
 
+@inlined
+def _outward(body: np.void, a: Vector) -> Vector:
+    """A vector of a body's frame in the world."""
+    r = body["rotation"]
+    return (
+        r[0, 0] * a[0] + r[1, 0] * a[1] + r[2, 0] * a[2],
+        r[0, 1] * a[0] + r[1, 1] * a[1] + r[2, 1] * a[2],
+        r[0, 2] * a[0] + r[1, 2] * a[1] + r[2, 2] * a[2],
+    )
+
+
+@inlined
+def flat_contact(
+    point: Vector,
+    distance: float,
+    normal: Vector,
+    medium: int,
+    velocity: Vector,
+    yaw_rate: float,
+    part: int,
+) -> Contact:
+    """A contact with a flat surface."""
+    return Contact(
+        point, distance, normal, medium, velocity, yaw_rate, part, normal, 0.0, False, NO_BEND
+    )
+
+
 @inner
-def contact(space: Space, point: Vector, met: Intersection) -> Contact:
-    """The surface at the intersection ``met``, which is at ``point``."""
+def contact(space: Space, start: Vector, direction: Vector, met: Intersection) -> Contact:
+    """The surface at the intersection ``met`` of a ray from ``start``."""
     number = met.number
+    point = plus(start, direction, met.distance)
     if met.kind == PLATE:
-        return Contact(
-            point,
-            met.distance,
+        normal, medium = (
             vector_at(space.plate, number, PLATE_NORMAL),
             int(space.plate[number, PLATE_MEDIUM]),
-            row(space.plate_velocity, number),
-            NO_PART,
         )
-    n, r = _unscaled_normal(space, met.triangle), space.body[number]["rotation"]
-    size = math.sqrt(dot(n, n))
-    normal = (
-        (r[0, 0] * n[0] + r[1, 0] * n[1] + r[2, 0] * n[2]) / size,
-        (r[0, 1] * n[0] + r[1, 1] * n[1] + r[2, 1] * n[2]) / size,
-        (r[0, 2] * n[0] + r[1, 2] * n[1] + r[2, 2] * n[2]) / size,
-    )
-    medium = int(space.triangle[met.triangle, TRIANGLE_MEDIUM])
+        speed = row(space.plate_velocity, number)
+        return flat_contact(point, met.distance, normal, medium, speed, 0.0, NO_PART)
     body, part = space.body[number], int(space.part[met.triangle])
-    speed = velocity_there(vector(body["velocity"]), body["yaw_rate"], point)
-    return Contact(point, met.distance, normal, medium, speed, part)
+    n = _unscaled_normal(space, met.triangle)
+    size = math.sqrt(dot(n, n))
+    normal = _outward(body, (n[0] / size, n[1] / size, n[2] / size))
+    medium = int(space.triangle[met.triangle, TRIANGLE_MEDIUM])
+    yaw_rate = float(body["yaw_rate"])
+    speed = velocity_there(vector(body["velocity"]), yaw_rate, point)
+    flat = flat_contact(point, met.distance, normal, medium, speed, yaw_rate, part)
+    if space.curve[met.triangle, IS_CURVED] == 0.0:
+        return flat
+    return _curved(space, flat, direction, met)
+
+
+@inlined
+def _curved(space: Space, flat: Contact, direction: Vector, met: Intersection) -> Contact:
+    """The contact with the curved surface for which the facet of the contact ``flat`` stands."""
+    body, curve = space.body[met.number], space.curve[met.triangle]
+    v, w = shares_of(space.triangle, met.triangle, into_frame(body, flat.point))
+    u = 1.0 - v - w
+    height = u * v * curve[HEIGHTS] + u * w * curve[HEIGHTS + 1] + v * w * curve[HEIGHTS + 2]
+    a, b, c = (
+        vector(curve[NORMALS : NORMALS + 3]),
+        vector(curve[NORMALS + 3 : NORMALS + 6]),
+        vector(curve[NORMALS + 6 : NORMALS + 9]),
+    )
+    n = (
+        u * a[0] + v * b[0] + w * c[0],
+        u * a[1] + v * b[1] + w * c[1],
+        u * a[2] + v * b[2] + w * c[2],
+    )
+    size = math.sqrt(dot(n, n))
+    turn_u = ((b[0] - a[0]) / size, (b[1] - a[1]) / size, (b[2] - a[2]) / size)
+    turn_v = ((c[0] - a[0]) / size, (c[1] - a[1]) / size, (c[2] - a[2]) / size)
+    slope_u, slope_v = slopes_of(space.triangle, met.triangle)
+    # a ray that comes from in front meets what rises above the facet earlier
+    cosine = dot(direction, flat.facet)
+    if abs(cosine) < LEAST_COSINE:
+        cosine = math.copysign(LEAST_COSINE, cosine)
+    shift = height / cosine
+    return Contact(
+        plus(flat.point, direction, shift),
+        flat.distance + shift,
+        _outward(body, (n[0] / size, n[1] / size, n[2] / size)),
+        flat.medium,
+        flat.velocity,
+        flat.yaw_rate,
+        flat.part,
+        flat.facet,
+        height,
+        True,
+        Bend(
+            _outward(body, turn_u),
+            _outward(body, slope_u),
+            _outward(body, turn_v),
+            _outward(body, slope_v),
+        ),
+    )
+
+
+@inlined
+def turned_over(at: Contact) -> Contact:
+    """A contact as seen from the other side of the surface."""
+    n, f, bend = at.normal, at.facet, at.bend
+    return Contact(
+        at.point,
+        at.distance,
+        (-n[0], -n[1], -n[2]),
+        at.medium,
+        at.velocity,
+        at.yaw_rate,
+        at.part,
+        (-f[0], -f[1], -f[2]),
+        -at.height,
+        at.is_curved,
+        Bend(
+            (-bend.turn_u[0], -bend.turn_u[1], -bend.turn_u[2]),
+            bend.slope_u,
+            (-bend.turn_v[0], -bend.turn_v[1], -bend.turn_v[2]),
+            bend.slope_v,
+        ),
+    )
+
+
+@inlined
+def turn_of_normal(at: Contact, step: Vector, direction: Vector) -> Vector:
+    """Change of a surface's normal over a step along it, m.
+
+    ``direction`` is that of the ray, along which the step is seen on the facet.
+    """
+    flat = plus(step, direction, -dot(step, at.facet) / dot(direction, at.facet))
+    u, v = dot(at.bend.slope_u, flat), dot(at.bend.slope_v, flat)
+    one, other, n = at.bend.turn_u, at.bend.turn_v, at.normal
+    turn = (
+        u * one[0] + v * other[0],
+        u * one[1] + v * other[1],
+        u * one[2] + v * other[2],
+    )
+    return plus(turn, n, -dot(turn, n))
 
 
 @inlined

@@ -71,6 +71,18 @@ def box_of(surface: Surface) -> tuple[FloatArray, FloatArray]:
     return corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
 
 
+def _place(world: World, radar: int, body: int) -> FloatArray:
+    """Place of a radar in a body's frame, m ``(xyz,)``."""
+    away = world.scene.radar_position[radar] - world.position[body]
+    return np.asarray(away @ world.rotation[body])
+
+
+def distance_to(world: World, radar: int, body: int) -> float:
+    """Distance of the box about a body from a radar, m; 0 within the box."""
+    place = _place(world, radar, body)
+    return float(np.linalg.norm(np.clip(place, *box_of(world.surfaces[body])) - place))
+
+
 def windows_over(
     world: World, radar: int, body: int, tube: float, *, across: int = 1
 ) -> list[Window]:
@@ -82,9 +94,8 @@ def windows_over(
     """
     low, high = box_of(world.surfaces[body])
     rotation, position = world.rotation[body], world.position[body]
-    place = (world.scene.radar_position[radar] - position) @ rotation
-    distance = float(np.linalg.norm(np.clip(place, low, high) - place))
-    width = tube * max(1.0, distance / FULL_WIDTH_DISTANCE) ** 0.5
+    place = _place(world, radar, body)
+    width = tube * max(1.0, distance_to(world, radar, body) / FULL_WIDTH_DISTANCE) ** 0.5
     width = min(width, float(np.linalg.norm(high - low)) / across)
     return [
         window._replace(origin=window.origin @ rotation.T + position, axes=window.axes @ rotation.T)

@@ -1,23 +1,38 @@
 r"""Ray tubes: paths with reflections at bodies twice or more between transmitter and receiver.
 
 A window of narrow tubes covers each body as seen from a transmitter. A tube is a ray with
-differentials: D is its direction, and ∂D the change of D from one row (a) or column (b) of tubes to
-the next. On a plane of normal n, after a path length L, the footprint of the tube has the sides
+differentials: ∂P and ∂D are the changes of its point P and its direction D from one row (a) or
+column (b) of tubes to the next. Where it meets a surface of normal n after a distance t, its
+footprint has the sides A, and a mirror turns ∂D (Igehy 1999):
 
-.. math:: A = L\,(\partial D + g D), \qquad g = -(\partial D\cdot n)/(D\cdot n)
+.. math:: A = \partial P + t\,\partial D + gD,\quad \partial n = \mathrm{II}(A),\quad
+    \partial D' = \partial D - 2\,[(\partial D\cdot n + D\cdot\partial n)\,n
+    + (D\cdot n)\,\partial n]
+
+with g such that A is along the surface, which bends by the tensor II. Facets of a mesh stand for a
+curved surface (`curved_facets`, decision 24, ``docs/adr``).
 
 A tube carries the fields F of two waves, transmitted with V and with H polarisation. Every surface
-reflects F by Fresnel's formulas, and ∂D as a mirror reflects D. Facets are flat, so the amplitude
-falls with 1/L as after mirrors. At every body after the first, the currents on the footprint
-radiate to each receiver that is before the surface and not hidden, by the formula of
+reflects F by Fresnel's formulas. With the tube's solid angle Ω, the amplitude is
+:math:`s = \sqrt{\Omega/|(A_a\times A_b)\cdot D|}` times that at launch, 1/L behind flat surfaces,
+and each focal line advances the phase by π/2. At every body after the first, the currents on the
+footprint radiate to each receiver that is before the surface and not hidden, by the formula of
 `physical_optics.paths`, with the directions d of arrival and q of departure and the distance
 :math:`r_2` to the receiver:
 
-.. math:: a = -\frac{j}{8\pi}\,\frac{F\,|A_a\times A_b|}{L\,r_2}\,e^{-jk(L+r_2)}\,
-    \mathrm{sinc}\frac{k(d-q)\cdot A_a}{2}\,\mathrm{sinc}\frac{k(d-q)\cdot A_b}{2}
+.. math:: a = -\frac{j}{8\pi}\,\frac{s F\,|A_a\times A_b|}{r_2}\,e^{-jk(L+r_2)}\,w
 
-with sinc x = sin x / x (Ling, Chou and Lee 1989, shooting and bouncing rays; ray differentials:
-Igehy 1999).
+(Ling, Chou and Lee 1989, shooting and bouncing rays). The weight w is the mean of the phase over
+the footprint. If all surfaces are flat, it is
+:math:`\mathrm{sinc}\frac{k(d-q)\cdot A_a}{2}\,\mathrm{sinc}\frac{k(d-q)\cdot A_b}{2}` with
+sinc x = sin x / x, so that edges of plates are sharp. If one is curved, tubes overlap as Gaussian
+windows with a standard deviation σ of 0.7 tubes, whose sum is 1, and with the phase's first and
+second derivatives g and H by the numbers of tubes
+
+.. math:: w = \frac{e^{-\frac12\sigma^2\,g\cdot(1 + j\sigma^2H)^{-1}g}}
+    {\sqrt{\det(1 + j\sigma^2H)}}
+
+So what is far from every stationary point of the phase cancels within each tube.
 
 **Which paths.** The first reflection and the last are at bodies; plates (road, walls) and bodies
 reflect in between. `physical_optics` has the echoes of one body alone, seen directly or in a plate.
@@ -25,16 +40,16 @@ The body that carries a radar is neither first nor last of its paths, for the re
 `physical_optics.paths`. Only vehicles and objects reflect; all other opaque meshes absorb,
 and clouds of leaves weaken.
 
-**Width.** All tubes start with a width of ``coarsest`` at most, and a small body has
-`refinement.TUBES_ACROSS` tubes across, however far it is. If ``tube`` is less, some are cut
-in quarters, repeatedly, down to the width ``tube``. The power that a hit may
-bring to a receiver is estimated with 1/√(1 + x²) for \|sinc x\|; a hit that is hidden from the
-receiver brings none. The tubes of the strongest hits are cut, together with their eight neighbours,
-until the hits that remain have less than `UNHALVED_SHARE` of the visible power of the pair, or less
-than `HALVING_FLOOR` of the power of its strongest known path. From the second level on, the
-quarters of a tube are followed only up to the number of reflections of its strong hits; the wide
-tube's hits after more reflections are kept. So weak contributions to a pair come from wide tubes
-only.
+**Width.** All tubes start with a width of ``coarsest`` at most, less over near bodies, and a small
+body has `refinement.TUBES_ACROSS` tubes across, however far it is. If ``tube`` is less, some are
+cut in quarters, repeatedly, down to the width ``tube``. The power that a hit may bring to a
+receiver is estimated with 1/√(1 + x²) for \|sinc x\|, or with w for a stationary point that is one
+tube nearer; a hit that is hidden from the receiver brings none. The tubes of the strongest hits are
+cut, together with their eight neighbours, until the hits that remain have less than
+`UNHALVED_SHARE` of the visible power of the pair, or less than `HALVING_FLOOR` of the power of its
+strongest known path. From the second level on, the quarters of a tube are followed only up to the
+number of reflections of its strong hits; the wide tube's hits after more reflections are kept. So
+weak contributions to a pair come from wide tubes only.
 
 **Sheets.** At a thin sheet a ray branches: one branch is reflected, and one goes on behind the
 sheet with its transmission; both faces of a sheet are alike. On the way to the receiver, the
@@ -65,26 +80,27 @@ replaces the tubes of two reflections by a wave that is diffracted at the first 
 (decision 15, ``docs/adr``).
 
 **Limits.** Everywhere else a sharp shadow is right where the Fresnel zone of the first body towards
-the next, √(λx) over a distance x, is small against the body. The wave front must not bend within a
-footprint A: k A² (1/L + 1/r₂)/8 ≪ 1, and tubes widen with L beyond the first body. A curved body
-focuses well only if it has many facets per tube. Paths that pass between the widest tubes, and next
-to no tube that is cut, are missed.
+the next, √(λx) over a distance x, is small against the body. Footprints are curved to second order;
+tubes of 1.25 mm at 3 m are right to 1 dB and 10° behind a sphere of 0.2 to 0.4 m, and tubes of
+2.5 mm lose 1 to 2 dB there. A body that is smaller than some wide tubes, such as a groove in a
+bumper, is missed unless a tube that is cut lies beside it; so are all paths that pass between the
+widest tubes. Where bodies turn, the acceleration of paths is that of a steady turn.
 
-Between cars the power converges slowly with the width. The table gives the error of the summed
-power of all paths of a pair, in dB, against tubes that are all 2.5 mm wide, for the ten pairs of
-four radars in the paper's street at three times:
+Between cars the power converges with the width as the table says. It gives the error of the summed
+power of all paths of a pair, in dB, against tubes that are all 2.5 mm wide, in the median of the
+ten pairs of four radars in the paper's street at three times, and of those whose bounces are within
+30 dB of the strongest; and for these the power of the field's error over that of the field.
 
-=========================  ======  ====  =====
-tubes                      median  rms   worst
-=========================  ======  ====  =====
-2 cm, all                  3.98    9.5   -23.9
-1 cm, all                  2.01    5.8   -14.4
-5 mm, all                  1.06    2.2   -6.6
-2 cm, cut down to 2.5 mm   0.96    4.1   -10.9
-=========================  ======  ====  =====
+=========================  ======  ===========  =================
+tubes                      median  strong ones  their field
+=========================  ======  ===========  =================
+2 cm, all                  5.7     5.4          -2.4
+5 mm, all                  1.5     1.3          -8.4
+2 cm, cut down to 5 mm     2.8     1.8          -9.6
+2 cm, cut down to 2.5 mm   0.99    0.29         -15.6
+=========================  ======  ===========  =================
 
-The last row costs 2.6 times as much as the first (``python -m bench.tube_widths``). Phases of
-single paths between cars have not converged: they are to be taken as one random draw.
+The last row is the default (``python -m bench.tube_widths``).
 """
 
 from dataclasses import dataclass, field
@@ -96,6 +112,7 @@ import numpy as np
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, strength, strongest_of_pair, without_weak
 from polychirp.channel.direct.occluded import visible_line_of_sight
+from polychirp.channel.geometry.retarded_delay import range_acceleration
 from polychirp.channel.physical_optics.paths import MAX_ECHO_OVER_MIRROR
 from polychirp.channel.physical_optics.views import View
 from polychirp.channel.ray_tubes.cell_paths import (
@@ -139,7 +156,7 @@ from polychirp.model.paths import PropagationPaths
 TUBES_PER_BATCH: Final = 1 << 16
 """Largest number of tubes that are followed at a time. Chosen to limit the memory."""
 
-UNHALVED_SHARE: Final = (0.005, 0.05, 0.1)
+UNHALVED_SHARE: Final = (0.001, 0.02, 0.05)
 """Share of the estimated power of the visible hits whose tubes need not be cut in quarters: at the
 first level, at the second, and at later ones. Chosen: the last row of the table above shows the
 error with these; smaller shares take longer."""
@@ -147,6 +164,10 @@ error with these; smaller shares take longer."""
 HALVING_FLOOR: Final = 1e-4
 """Summed power of hits, over the power of the strongest known path of the pair, below which their
 tubes are not cut in quarters. Chosen: such hits hardly change the power of the pair."""
+
+
+LEAST_POWER: Final = 1e-60
+"""Power of a hit at a receiver, below which it is left out: its square would be no number."""
 
 
 def tube_paths(
@@ -531,26 +552,48 @@ def _to_receiver(
     """Contributions of hits to one receiver; ``gain`` is the transmitter's towards them."""
     world, sink = request.world, request.position[receiver]
     out = radiate(hits, sink, request.may_be_last[receiver], world.wavenumber)
-    some = np.flatnonzero(out.power)
+    some = np.flatnonzero(out.power > LEAST_POWER)
     power = out.power[some] * gain[some] * request.gain(receiver, -out.direction[some])
     weak = 1.0 / world.dynamic_range
     stop = StopRule(weak, floor_in_phase=request.known_power[radar, receiver] * weak)
     kept = np.sort(_visible(request, receiver, hits, HitPowers(some, power), stop).number)
     there, back = hits.take(kept), out.direction[kept]
+    last = out.distance[kept, None] * back
     near, k = request.surroundings, world.wavenumber
     obstacles = near.obstacles(receiver)
     legs = last_legs(
         near.space, near.faces, world.media, obstacles, there, sink, POLARISATION_AXES, k
     )
     turn = there["direction"] - back
+    matter = world.velocity_at(there["body"], there["point"])
     return Contributions(
         pair=np.tile([radar, receiver], (len(kept), 1)),
         body=np.stack([there["first_body"], there["body"]], axis=1),
         transfer=np.swapaxes(legs, 1, 2) @ out.transfer[kept].reshape(-1, 2, 2),
         length=there["length"] + out.distance[kept],
-        rate=there["rate"]
-        + np.sum(world.velocity_at(there["body"], there["point"]) * turn, axis=1)
-        + back @ request.velocity[receiver],
+        rate=there["rate"] + np.sum(matter * turn, axis=1) + back @ request.velocity[receiver],
+        acceleration=_acceleration(request, (radar, receiver), there, last, matter),
         direction=np.stack([there["departure"], -back], axis=1),
         point=np.stack([there["first_point"], there["point"]], axis=1),
     )
+
+
+def _acceleration(
+    request: _Request,
+    pair: tuple[int, int],
+    hits: Hits,
+    last: FloatArray,
+    matter: FloatArray,
+) -> FloatArray:
+    """Second derivatives of the lengths of paths over hits, m/s² ``(hit,)``.
+
+    A path goes to a fixed point of the last body's matter, which moves at ``matter`` m/s, and from
+    there along ``last``, m, to the receiver.
+    """
+    world, scene = request.world, request.world.scene
+    back = last / np.linalg.norm(last, axis=-1, keepdims=True)
+    bend = hits["acceleration"] + range_acceleration(last, request.velocity[pair[1]] - matter)
+    swerve = world.acceleration_at(hits["body"], hits["point"])
+    bend += np.sum(swerve * (hits["direction"] - back), axis=-1)
+    bend -= hits["departure"] @ scene.radar_acceleration[pair[0]]
+    return np.asarray(bend + back @ scene.radar_acceleration[pair[1]])

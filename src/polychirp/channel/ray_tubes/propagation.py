@@ -9,7 +9,6 @@ from polychirp.channel.geometry.vectors import Vector, dot
 from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.ray_tubes.fields import (
     Ray,
-    ahead,
     is_strong,
     launched,
     mirrored,
@@ -21,6 +20,7 @@ from polychirp.channel.ray_tubes.fields import (
 from polychirp.channel.ray_tubes.flat_parts import NO_PART
 from polychirp.channel.ray_tubes.intersections import (
     FACE,
+    LEAST_COSINE,
     NO_BODY,
     NO_INTERSECTION,
     NO_SURFACE,
@@ -38,6 +38,7 @@ from polychirp.channel.ray_tubes.intersections import (
     is_sheet,
     meet,
     meet_body,
+    turned_over,
 )
 from polychirp.channel.ray_tubes.launch_grid import Launch
 from polychirp.channel.ray_tubes.radiation import HIT, Hits, record
@@ -81,6 +82,17 @@ class Tracing(NamedTuple):
 
 
 @inlined
+def clearance(at: Contact, direction: Vector) -> float:
+    """Distance, m, along a ray from a contact at which the search for the next one begins.
+
+    A point of a curved surface may lie behind the facet that stands for it.
+    """
+    cosine = dot(direction, at.facet)
+    depth = -at.height if cosine > 0.0 else at.height
+    return MIN_STEP + 2.0 * max(depth, 0.0) / max(abs(cosine), LEAST_COSINE)
+
+
+@inlined
 def _leads_on(tracing: Tracing, met: Intersection, direction: Vector, turns: int) -> bool:
     """True if a ray with ``turns`` reflections can still end on a body after the intersection."""
     if met.kind == FACE:
@@ -97,8 +109,9 @@ def _pass(tracing: Tracing, ray: Ray, met: Intersection, at: Contact) -> None:
     """Pass a ray through a sheet; add it to ``waiting`` if it leads on and is strong enough."""
     home = met.number if met.kind == PANE else NO_BODY
     next_met = meet(
-        tracing.space, at.point, ray.direction, MIN_STEP, NO_INTERSECTION, home, tracing.notes
-    )
+        tracing.space, at.point, ray.direction, clearance(at, ray.direction), NO_INTERSECTION,
+        home, tracing.notes,
+    )  # fmt: skip
     if _leads_on(tracing, next_met, ray.direction, ray.turns):
         behind = passed(ray, at, tracing.media, tracing.wavenumber)
         if is_strong(behind):
@@ -119,9 +132,12 @@ def _reflect(
     if ray.turns + 1 < tracing.max_turns:
         after = mirrored(ray.direction, normal)
         home = NO_BODY if is_plate else met.number
-        next_met = meet(
-            tracing.space, at.point, after, MIN_STEP, NO_INTERSECTION, home, tracing.notes
-        )
+        # a ray that a curved surface would throw into its own facet ends there
+        if dot(after, at.facet) > 0.0:
+            next_met = meet(
+                tracing.space, at.point, after, clearance(at, after), NO_INTERSECTION, home,
+                tracing.notes,
+            )  # fmt: skip
     goes_on = _leads_on(tracing, next_met, after, ray.turns + 1)
     is_last = not is_plate and ray.num_bodies > 0
     # fields take most of the time: they are computed only for a hit or a ray that goes on
@@ -130,7 +146,7 @@ def _reflect(
     turned = reflected(ray, at, tracing.media, tracing.wavenumber)
     if is_last:
         if count < hits.size:
-            record(hits[count], ray, turned, normal, roughness)
+            record(hits[count], ray, turned, at, roughness)
             hits[count]["body"] = met.number
             hits[count]["part"][0] = turned.part if turned.turns == 2 else NO_PART
             hits[count]["part"][1] = at.part
@@ -148,17 +164,15 @@ def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, coun
     space = tracing.space
     while len(tracing.waiting) > 0:
         ray, met = tracing.waiting.pop()
-        at = contact(space, ahead(ray.point, ray.direction, met.distance), met)
+        at = contact(space, ray.point, ray.direction, met)
         if is_near_leaves(space, ray.point, ray.direction, met.distance):
             loss = fade(space, faces, tracing.media, ray.point, ray.direction, met.distance)
-            ray = weakened(ray, loss, 0.0, 0)
+            ray = weakened(ray, loss, 0)
         is_body, is_within = met.kind != PLATE, dot(ray.direction, at.normal) > 0.0
         if is_sheet(space, met):
             # a sheet acts alike on both sides: its normal is turned towards the ray
             if is_within:
-                n = at.normal
-                away = (-n[0], -n[1], -n[2])
-                at = Contact(at.point, at.distance, away, at.medium, at.velocity, at.part)
+                at = turned_over(at)
             _pass(tracing, ray, met, at)
             if is_within and is_body and space.body[met.number]["is_vehicle"]:
                 continue

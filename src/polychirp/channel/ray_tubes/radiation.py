@@ -1,5 +1,6 @@
 """Hits of ray tubes on bodies: the currents on the footprints, and the waves that they radiate."""
 
+import cmath
 import math
 from typing import Final, NamedTuple
 
@@ -10,7 +11,8 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.channel.geometry.vectors import Vector, cross, dot, vector
 from polychirp.channel.physical_optics.facet_integral import facet_integral, phasor
 from polychirp.channel.physical_optics.kernels import ComplexVector, across_plane_of_incidence
-from polychirp.channel.ray_tubes.fields import Ray
+from polychirp.channel.ray_tubes.fields import Ray, acceleration_to, foci_within, focused
+from polychirp.channel.ray_tubes.intersections import Contact, turn_of_normal
 from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
@@ -24,14 +26,19 @@ HIT: Final = np.dtype(
         ("departure", np.float64, 3),  # direction in which the tube left the transmitter
         ("first_point", np.float64, 3),  # where the tube met the first body, m
         ("length", np.float64),  # L, of the path up to the point, m
+        ("spread", np.float64),  # 1/m, of the field: its amplitude there over that at launch
         ("rate", np.float64),  # of change of the length, without this surface's motion, m/s
+        ("acceleration", np.float64),  # of the length to a fixed point of this surface, m/s²
         ("roughness", np.float64),  # rms height of this surface, m
         ("body", np.int64),
         ("first_body", np.int64),
         ("turns", np.int64),  # number of reflections, this one included
         ("tube", np.int64),  # number of the tube
         ("part", np.int64, 2),  # flat parts of both reflections if there are two and no sheet
-        ("current", np.complex64, (2, 2, 3)),  # (polarisation, J or M, xyz), without the factor 1/L
+        ("current", np.complex64, (2, 2, 3)),  # (polarisation, J or M, xyz), without the spread
+        ("front", np.float64, 3),  # of the ray before, m: the products ∂D·A of aa, ab and bb
+        ("curve", np.float64, 3),  # of this surface, m: the products ∂n·A of aa, ab and bb
+        ("is_curved", np.bool_),  # some surface that the tube has met is curved, this one included
         ("is_triangle", np.bool_),  # the footprint is half of the parallelogram, towards its corner
     ]
 )
@@ -70,39 +77,49 @@ def _induce(
 
 
 @inlined
-def _footprint(edge: Vector, ray: Ray, normal: Vector, cosine: float, length: float) -> Vector:
-    """Side of a tube's footprint: L (∂D + g D), g = −(∂D·n)/(D·n), D the ray's direction."""
-    g = dot(edge, normal) / cosine
-    d = ray.direction
-    return (
-        length * (edge[0] + g * d[0]),
-        length * (edge[1] + g * d[1]),
-        length * (edge[2] + g * d[2]),
-    )
-
-
-@inlined
 def put(out: FloatArray, a: Vector) -> None:
     """Write a vector into an array ``(xyz,)``."""
     out[0], out[1], out[2] = a
 
 
 @inner
-def record(hit: np.void, ray: Ray, after: Ray, normal: Vector, roughness: float) -> None:
+def record(hit: np.void, ray: Ray, after: Ray, at: Contact, roughness: float) -> None:
     """Fill a hit from the ray before and after it; the caller sets the bodies and the tube."""
-    cosine = -dot(ray.direction, normal)
+    normal, a, b = at.normal, after.side_a, after.side_b
     put(hit["point"], after.point)
     put(hit["direction"], ray.direction)
     put(hit["normal"], normal)
-    put(hit["side_a"], _footprint(ray.edge_a, ray, normal, cosine, after.length))
-    put(hit["side_b"], _footprint(ray.edge_b, ray, normal, cosine, after.length))
+    put(hit["side_a"], a)
+    put(hit["side_b"], b)
     put(hit["departure"], ray.departure)
     put(hit["first_point"], ray.first_point)
     hit["length"], hit["rate"], hit["roughness"] = after.length, ray.rate, roughness
-    hit["turns"], hit["is_triangle"] = after.turns, False
+    hit["acceleration"] = acceleration_to(ray, after, at)
+    # at a focal line the footprint has no area, and radiates nothing
+    area = abs(dot(cross(a, b), ray.direction))
+    hit["spread"] = math.sqrt(ray.solid / area) if area > 0.0 else 0.0
+    hit["turns"], hit["is_triangle"], hit["is_curved"] = after.turns, False, after.is_curved
+    across = 0.5 * (dot(ray.edge_a, b) + dot(ray.edge_b, a))
+    put(hit["front"], (dot(ray.edge_a, a), across, dot(ray.edge_b, b)))
+    d = ray.direction
+    turn_a, turn_b = turn_of_normal(at, a, d), turn_of_normal(at, b, d)
+    across = 0.5 * (dot(turn_a, b) + dot(turn_b, a))
+    put(hit["curve"], (dot(turn_a, a), across, dot(turn_b, b)))
     current = hit["current"]
-    _induce(normal, ray.direction, after.direction, ray.wave_v, after.wave_v, current[0])
-    _induce(normal, ray.direction, after.direction, ray.wave_h, after.wave_h, current[1])
+    foci = foci_within(ray, at.distance)
+    before, behind = ray.direction, after.direction
+    _induce(normal, before, behind, focused(ray.wave_v, foci), after.wave_v, current[0])
+    _induce(normal, before, behind, focused(ray.wave_h, foci), after.wave_h, current[1])
+
+
+BEAM_WIDTH: Final = 0.7
+"""Standard deviation of a tube's Gaussian window, in distances of tubes. Chosen: the sum of all
+windows is then 1 within 2e-4."""
+
+
+STATIONARY_SLACK: Final = 1.0
+"""Distance, in tubes, by which the stationary point of a curved wave front may be nearer to a wide
+tube than this tube's own curvature says. Chosen."""
 
 
 @inlined
@@ -159,21 +176,52 @@ def _triangle_share(p: float, q: float) -> complex:
 
 
 @inner
+def _beam_share(hit: np.void, back: Vector, r2: float, wavenumber: float, slack: float) -> complex:
+    r"""Mean of e^{−jφ} over the Gaussian window of a tube, φ to second order about its middle.
+
+    Along each side, the middle is taken as up to ``slack`` tubes nearer to where φ is stationary.
+    """
+    a, b, d = vector(hit["side_a"]), vector(hit["side_b"]), vector(hit["direction"])
+    front, curve, n = hit["front"], hit["curve"], vector(hit["normal"])
+    turn = (d[0] - back[0], d[1] - back[1], d[2] - back[2])
+    up, qa, qb = dot(turn, n), dot(back, a), dot(back, b)
+    # second derivatives of the phase
+    aa = wavenumber * (front[0] - up * curve[0] + (dot(a, a) - qa * qa) / r2)
+    ab = wavenumber * (front[1] - up * curve[1] + (dot(a, b) - qa * qb) / r2)
+    bb = wavenumber * (front[2] - up * curve[2] + (dot(b, b) - qb * qb) / r2)
+    p, q = wavenumber * dot(turn, a), wavenumber * dot(turn, b)
+    if slack > 0.0:
+        p = math.copysign(max(0.0, abs(p) - slack * (abs(aa) + abs(ab))), p)
+        q = math.copysign(max(0.0, abs(q) - slack * (abs(ab) + abs(bb))), q)
+    # the matrix 1 + jσ²H with the window's variance, and its determinant, of which the square root
+    # is the product of those of both eigenvalues, each with a positive real part
+    v = BEAM_WIDTH * BEAM_WIDTH
+    m, o, w = complex(1.0, v * aa), complex(0.0, v * ab), complex(1.0, v * bb)
+    half, product = 0.5 * (m + w), m * w - o * o
+    gap = cmath.sqrt(half * half - product)
+    root = cmath.sqrt(half + gap) * cmath.sqrt(half - gap)
+    form = (w * p * p - 2.0 * o * p * q + m * q * q) / product
+    return cmath.exp(-0.5 * v * form) / root
+
+
+@inner
 def _weight(hit: np.void, back: Vector, r2: float, wavenumber: float) -> complex:
-    """Factor of F: −(j/8π) dS e^{−jk(L+r2)}/(L r2), phase integral of the footprint, roughness."""
+    """Factor of F: −(j/8π) dS s e^{−jk(L+r2)}/r2 with the spread s, phase integral, roughness."""
     a, b, d = vector(hit["side_a"]), vector(hit["side_b"]), vector(hit["direction"])
     turn = (d[0] - back[0], d[1] - back[1], d[2] - back[2])
-    square, length = cross(a, b), hit["length"]
+    square = cross(a, b)
     p, q = wavenumber * dot(turn, a), wavenumber * dot(turn, b)
-    if hit["is_triangle"]:
+    if hit["is_curved"]:
+        share = _beam_share(hit, back, r2, wavenumber, 0.0)
+    elif hit["is_triangle"]:
         share = 0.5 * _triangle_share(p, q)
     else:
         share = complex(_sinc(0.5 * p) * _sinc(0.5 * q))
     phase = wavenumber * hit["roughness"] * dot(turn, vector(hit["normal"]))
     if phase != 0.0:
         share *= math.exp(-0.5 * phase * phase)
-    scale = math.sqrt(dot(square, square)) / (8.0 * math.pi * length * r2)
-    return complex(0.0, -scale) * share * phasor(wavenumber * (length + r2))
+    scale = math.sqrt(dot(square, square)) * hit["spread"] / (8.0 * math.pi * r2)
+    return complex(0.0, -scale) * share * phasor(wavenumber * (hit["length"] + r2))
 
 
 FEWEST_HITS: Final = 1000
@@ -266,8 +314,11 @@ def _estimate_power(
         a, b, d = vector(hit["side_a"]), vector(hit["side_b"]), vector(hit["direction"])
         turn = (d[0] - q[0], d[1] - q[1], d[2] - q[2])
         square, half = cross(a, b), 0.5 * wavenumber
-        scale = _envelope(half * dot(turn, a)) * _envelope(half * dot(turn, b))
-        scale *= math.sqrt(dot(square, square)) / (8.0 * math.pi * hit["length"] * r2)
+        if hit["is_curved"]:
+            scale = abs(_beam_share(hit, q, r2, wavenumber, STATIONARY_SLACK))
+        else:
+            scale = _envelope(half * dot(turn, a)) * _envelope(half * dot(turn, b))
+        scale *= math.sqrt(dot(square, square)) * hit["spread"] / (8.0 * math.pi * r2)
         v, h = _basis(q)
         most = 0.0
         for t in range(2):

@@ -6,12 +6,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.geometry.vectors import Vector, dot, vector
+from polychirp.channel.geometry.vectors import Vector, dot, plus, vector
 from polychirp.channel.geometry.wide_bvh import OPAQUE_KIND, SHEET_KIND
 from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.physical_optics.kernels import SHADOW_RAY_LIFT
 from polychirp.channel.physical_optics.views import View
-from polychirp.channel.ray_tubes.fields import ahead
 from polychirp.channel.ray_tubes.intersections import Notes, Space, is_hit, is_in_reach
 from polychirp.channel.ray_tubes.radiation import Hits
 from polychirp.channel.scene.blockers import Blockers, crosses_plate
@@ -58,7 +57,7 @@ def _obstacles(table: Obstacles, kind: int, body: int) -> IntArray:
 @inlined
 def _lifted(hit: np.void) -> Vector:
     """The hit's point, `SHADOW_RAY_LIFT` in front of the surface."""
-    return ahead(vector(hit["point"]), vector(hit["normal"]), SHADOW_RAY_LIFT)
+    return plus(vector(hit["point"]), vector(hit["normal"]), SHADOW_RAY_LIFT)
 
 
 @inlined

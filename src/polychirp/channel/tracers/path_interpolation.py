@@ -151,7 +151,7 @@ class _CrossFade:
         )
 
     def _used(self, number: int) -> tuple[IntArray, FloatArray, IntArray]:
-        """Which paths are in use at time ``number``, with their shares and the traces' distances.
+        """Numbers of the paths in use at time ``number``, their shares and the traces' distances.
 
         The share of a path is the factor of its amplitude; the distance is the number of time steps
         between the traces before and after ``number``, 0 at the time of a trace.
