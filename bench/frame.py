@@ -5,7 +5,7 @@
 Wall time in a process that has nothing ready, and again when it has meshes and kernels ready; and
 its memory at the peak. How wrong paths are that are traced only as often as they ask for, against
 tracing all of them every millisecond, and the CPU-seconds that they take, with the default
-``motion_error`` and with −30 dB, and with ray tubes of 2.5 mm on both sides:
+``motion_error`` and with −30 dB, and with ray tubes of 2 cm on both sides:
 
     OPENBLAS_NUM_THREADS=1 python -m bench.frame errors
 """
@@ -59,8 +59,8 @@ def errors():
     scene, plans = scene_of(study), schedules_of(study)
     moments = [scene.at(float(time)) for time in refresh_times(plans, study.refresh_interval)]
     default = study.tracer
-    narrow = replace(default, narrowest_tube=2.5e-3)
-    for tracers in ((default, replace(default, motion_error=1e-3)), (narrow,)):
+    wide = replace(default, narrowest_tube=0.02)
+    for tracers in ((default, replace(default, motion_error=1e-3)), (wide,)):
         true = [responses(tracers[0].trace(moment), moment) for moment in moments]
         right = sum(np.sum(np.abs(one) ** 2, axis=-1) for one in true)
         for tracer in tracers:

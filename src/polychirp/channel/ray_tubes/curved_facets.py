@@ -16,8 +16,8 @@ The normal at a corner is the mean of those of the facets that meet there, weigh
 angles. Only facets count whose normals are within `LEAST_BEND` of each other: the border between
 others is a sharp edge of the body.
 
-**Limits.** What light a curved surface throws past its own outline, and its shadow, are those of
-the facets. A mesh of a curved body whose facets bend by `LEAST_BEND` or more remains a polyhedron.
+**Limits.** The outline of a curved surface, and its shadow, are those of the facets. A mesh of a
+curved body whose facets bend by `LEAST_BEND` or more remains a polyhedron.
 """
 
 from functools import lru_cache

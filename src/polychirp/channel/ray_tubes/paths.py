@@ -167,7 +167,7 @@ tubes are not cut in quarters. Chosen: such hits hardly change the power of the 
 
 
 LEAST_POWER: Final = 1e-60
-"""Power of a hit at a receiver, below which it is left out: its square would be no number."""
+"""Power of a hit at a receiver, below which it is left out: its square would be rounded to zero."""
 
 
 def tube_paths(

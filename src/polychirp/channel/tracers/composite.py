@@ -68,7 +68,7 @@ class Composite(Spec):
     reflecting_planes : true if road and walls mirror waves; they block waves in any case
     max_bounces : bounces that a path between bodies may have; 1 leaves out paths between bodies
     narrowest_tube : m, width to which the ray tubes that search these paths are cut where it
-        matters; 2 cm cuts none, and saves a fifth of the tracing
+        matters; 2 cm cuts none, and saves a third of the tracing
     motion_error : greatest power of the errors of a part of the paths between two traces of it
         within a frame, over that part's power. −20 dB is as good as the meshes are; with −30 dB the
         echoes and the interference of the paper's radars are right to −24 dB or better, at 2.4

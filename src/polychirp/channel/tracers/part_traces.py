@@ -14,23 +14,20 @@ by its own power.
 
 A part (`channel.base.Part`), such as the facets of one body, is traced again for a pair of radars
 before the powers of the errors of that pair's paths add up to a limit. The limit is the greater of
-two powers. One is the tracer's ``motion_error`` times the power of the part's whole: the facets of
-a body that are seen directly and in mirrors are two parts of one whole, and every other part is its
-own whole. The other is `FAINT_ECHO_ERROR` times the power of the radar's own echoes, or, for a
-signal of another radar, `FAINT_INTERFERENCE` of ``motion_error`` times the mean power that arrives
-from one other radar. A car that passes a radar at two metres is traced at every one of the frame's
-trace times for that radar, and every few milliseconds for the others.
+two powers. One is the tracer's ``motion_error`` times the power of the part's whole: all that a
+body reflects first is one whole. The other is `FAINT_ECHO_ERROR` times the power of the radar's own
+echoes, or, for a signal of another radar, `FAINT_INTERFERENCE` of ``motion_error`` times the mean
+power that arrives from one other radar. A car that passes a radar at two metres is traced at every
+one of the frame's trace times for that radar, and every few milliseconds for the others.
 
 The error must be within the limit by the coherence times of both traces: a glint that comes near
 makes those of the later one shorter. If the later one asks for a shorter time, the part is traced
 half way too, and so on.
 
 Limits: amplitudes and shadows between traces are interpolated, not traced. Paths over several
-bodies are less accurate than stated. Their delays are extrapolated without acceleration, which is
-not known because their reflection points move along the surfaces. They also change faster than
-their coherence times say, because each ray tube meets other facets as the bodies move. Nor do
-coherence times say how fast shadows change, or waves over edges, which therefore state the longest
-time between two traces.
+bodies change faster than their coherence times say, because ray tubes come and go at edges as the
+bodies move. Nor do coherence times say how fast shadows change, or waves over edges, which
+therefore state the longest time between two traces.
 """
 
 from typing import TYPE_CHECKING, Final, NamedTuple
