@@ -5,7 +5,8 @@ import pytest
 from scipy.special import fresnel
 
 from polychirp.channel.base import all_pairs, gather
-from polychirp.channel.diffraction.paths import MAX_ZONES_CLEAR, diffracted_paths
+from polychirp.channel.diffraction.paths import diffracted_paths
+from polychirp.channel.diffraction.sight_lines import MAX_ZONES_CLEAR
 from polychirp.channel.direct.occluded import visible_line_of_sight
 from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT

@@ -41,47 +41,25 @@ zones from a clear line of sight, and up to `MAX_ZONES_BLOCKED` from a blocked o
 that on, their weight falls. A straight edge n zones away makes :math:`1/2\pi\sqrt n` of the
 unobstructed field, so the waves that are weakened or left out are below −33 dB and −38 dB of it.
 
-**From edges to paths.** As in `physical_optics.paths`, the edge waves of every actor are summed in
-smooth cells of excess length, with complex moments that are exact to first order in frequency,
-aperture and time.
+**Other modules.** `sight_lines` finds what may obstruct a line of sight, `edge_paths` makes paths
+from edge waves, and `mirrored_paths` does for mirror images what this module does for direct paths.
 """
 
 from dataclasses import replace
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
-from polychirp.channel.diffraction.edge_waves import (
-    EXCESS_CELL_LENGTH,
-    FIELD,
-    MEAN_EXCESS,
-    OUTWARD,
-    PLACE,
-    RATE,
-    RETURN,
-    SQUARED_RATE,
-    WEIGHT,
-    EdgeWaves,
-    LinkFrame,
-    edge_waves,
-)
-from polychirp.channel.diffraction.silhouette import Obstacles
+from polychirp.channel.diffraction.edge_paths import EdgePaths, edge_paths
+from polychirp.channel.diffraction.sight_lines import Line, line_between, obstructing
 from polychirp.channel.direct.line_of_sight import line_of_sight, straight_path_polarisation
 from polychirp.channel.direct.occluded import points_before, visible_line_of_sight
-from polychirp.channel.geometry.retarded_delay import range_acceleration
 from polychirp.channel.scene.transmission import transmission_matrices
-from polychirp.channel.scene.world import RADAR_CLEARANCE, ROLES, World
+from polychirp.channel.scene.world import RADAR_CLEARANCE, World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
-
-MAX_ZONES_CLEAR: Final = 100.0
-"""Number of Fresnel zones about a clear line of sight within which edges are sought. Chosen: from
-half of it on, a straight edge makes less than −33 dB of the unobstructed field."""
-
-MAX_ZONES_BLOCKED: Final = 300.0
-"""The same number for a blocked line of sight. Chosen likewise, for −38 dB."""
 
 LONGEST_INTERVAL: Final = 4e-3
 """Greatest time between two traces of edges whose waves matter, s.
@@ -128,247 +106,33 @@ def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
     num_radars = len(world.scene.radars)
     clear = np.zeros((num_radars, num_radars), dtype=np.bool_)
     clear[seen.transmitter, seen.receiver] = True
-    is_clear = clear[direct.transmitter, direct.receiver]
     # edges are near the line of sight, so sheets attenuate their waves as they attenuate it
     place = world.scene.radar_position
     start, end = place[direct.transmitter], place[direct.receiver]
     losses = transmission_matrices(world, start, points_before(start, end, RADAR_CLEARANCE))
-    found: dict[_Link, _EdgePaths] = {}
-    bodies, plates = _obstructing(world, direct, is_clear)
-    for number in np.flatnonzero(np.any(bodies, axis=-1) | np.any(plates, axis=-1)):
+    found: dict[tuple[int, int, bool], tuple[Line, EdgePaths] | None] = {}
+    for number in range(direct.num_paths):
         a, b = int(direct.transmitter[number]), int(direct.receiver[number])
-        link = _Link(min(a, b), max(a, b), bool(is_clear[number]))
+        link = min(a, b), max(a, b), bool(clear[a, b])
         if link not in found:
-            hiding = _hiding_most_first(world, link, bodies[number])
-            found[link] = _edge_paths(world, link, hiding, np.flatnonzero(plates[number]))
-        table = _path_table(world, direct, int(number), found[link])
-        tables.append(replace(table, transfer=table.transfer @ losses[number]))
+            line = line_between(world, *link)
+            some = obstructing(world, line)
+            found[link] = None if some[0].is_empty else (line, edge_paths(world, line, some))
+        if (known := found[link]) is not None:
+            table = _path_table(world, direct, number, *known)
+            tables.append(replace(table, transfer=table.transfer @ losses[number]))
     return gather(tables)
 
 
-class _Link(NamedTuple):
-    """Two radars, the lower number first; ``is_clear`` if their line of sight is free."""
-
-    first: int
-    second: int
-    is_clear: bool
-
-
-def _max_excess(world: World, is_clear: bool) -> float:
-    """Excess up to which edges are sought, m."""
-    zones = MAX_ZONES_CLEAR if is_clear else MAX_ZONES_BLOCKED
-    return zones * float(np.pi / world.wavenumber)
-
-
-def _obstructing(
-    world: World, direct: PropagationPaths, is_clear: BoolArray
-) -> tuple[BoolArray, BoolArray]:
-    """Masks of possible obstacles in the zones searched: ``(path, body)`` and ``(path, plate)``."""
-    place, plates = world.scene.radar_position, world.plates
-    ends = place[direct.transmitter], place[direct.receiver]
-    length = np.linalg.norm(ends[1] - ends[0], axis=-1)
-    reach = length + np.where(is_clear, _max_excess(world, True), _max_excess(world, False))
-
-    def meets(centre: FloatArray, radius: FloatArray) -> BoolArray:
-        way = sum(np.linalg.norm(end[:, None] - centre, axis=-1) for end in ends)
-        return np.asarray(
-            (way - 2 * radius <= reach[:, None]) & (length > 2 * RADAR_CLEARANCE)[:, None]
-        )
-
-    heights = [np.einsum("epx,px->ep", end[:, None] - plates.centre, plates.normal) for end in ends]
-    between = heights[0] * heights[1] < 0
-    size = np.hypot(plates.half_across, plates.half_along)
-    between &= ~world.plate_is_pane
-    return meets(world.centre, world.radius), meets(plates.centre, size) & between
-
-
-def _hiding_most_first(world: World, link: _Link, chosen: BoolArray) -> IntArray:
-    """Numbers of the chosen bodies: on the line of sight first, then nearest to a radar first."""
-    start, end = world.scene.radar_position[[link.first, link.second]]
-    centre = world.centre[chosen]
-    legs = [np.linalg.norm(centre - place, axis=-1) for place in (start, end)]
-    is_on = legs[0] + legs[1] < np.linalg.norm(end - start) + world.radius[chosen]
-    return np.flatnonzero(chosen)[np.lexsort([np.minimum(*legs), ~is_on])]
-
-
-class _EdgePaths(NamedTuple):
-    """Paths from a link's first radar, of number ``first``, to its second.
-
-    ``field`` complex, relative to the unobstructed one; ``excess`` m; ``rate`` m/s and
-    ``acceleration`` m/s² of the path's length; ``coherence_time`` s; ``drift`` 1/s, relative rate
-    of the field; ``actor`` number of the edge's actor; all ``(path,)``. ``out`` and ``back`` are
-    mean directions from the first and from the second radar, ``point`` m is a mean edge point;
-    these are in the world, ``(path, xyz)``.
-    """
-
-    first: int
-    field: ComplexArray
-    excess: FloatArray
-    rate: FloatArray
-    acceleration: FloatArray
-    coherence_time: FloatArray
-    drift: ComplexArray
-    out: FloatArray
-    back: FloatArray
-    point: FloatArray
-    actor: IntArray
-
-
-def _edge_paths(world: World, link: _Link, bodies: IntArray, plates: IntArray) -> _EdgePaths:
-    """Paths from the link's first radar to its second over edges of the given obstacles."""
-    place, speed = world.scene.radar_position, world.scene.radar_velocity
-    way = place[link.second] - place[link.first]
-    length = float(np.linalg.norm(way))
-    rotation = rotation_to(way / length)
-    owners = np.concatenate([world.body[bodies], np.repeat(world.plates.actor[plates], 2)])
-    actors, slots = np.unique(owners, return_inverse=True)
-    moving = [
-        np.array([world.scene.actors[actor].velocity_at(place[end]) for actor in actors])
-        for end in (link.first, link.second)
-    ]
-    frame = LinkFrame(
-        length=length,
-        farthest=_max_excess(world, link.is_clear),
-        wavenumber=world.wavenumber,
-        from_sender=np.ascontiguousarray((moving[0] - speed[link.first]) @ rotation.T),
-        from_receiver=np.ascontiguousarray((moving[1] - speed[link.second]) @ rotation.T),
-    )
-    obstacles = obstacles_of(world, rotation, place[link.first], bodies, plates)
-    waves = edge_waves(obstacles, slots.astype(np.int64), link.is_clear, frame)
-    return _from_moments(world, link, waves, frame, rotation, actors)
-
-
-def rotation_to(axis: FloatArray) -> FloatArray:
-    """Rotation matrix into a frame whose first axis is ``axis``; its rows are the axes."""
-    spare = np.eye(3)[np.argmin(np.abs(axis))]
-    side = np.cross(axis, spare)
-    side = side / np.linalg.norm(side)
-    return np.stack([axis, side, np.cross(axis, side)])
-
-
-def obstacles_of(
-    world: World, rotation: FloatArray, origin: FloatArray, bodies: IntArray, plates: IntArray
-) -> Obstacles:
-    """Bodies and plates of these numbers in the frame at ``origin`` (m) with axes ``rotation``."""
-    forest = world.forest
-    opaque = forest.root[ROLES.index("opaque")]
-    some = world.plates.of(plates)
-    across = some.half_across[:, None] * some.across
-    along = some.half_along[:, None] * some.along
-    corner = [
-        (some.centre + u * across + v * along - origin) @ rotation.T
-        for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    ]
-    halves = [
-        np.concatenate([corner[i] for i in three], axis=-1) for three in ((0, 1, 2), (0, 2, 3))
-    ]
-    return Obstacles(
-        box=forest.tree.box,
-        skip=forest.tree.skip,
-        first=forest.tree.first,
-        size=forest.tree.size,
-        triangle=forest.tree.triangle,
-        nodes=opaque[bodies],
-        turn=np.ascontiguousarray(rotation @ world.rotation[bodies]),
-        shift=np.ascontiguousarray((world.position[bodies] - origin) @ rotation.T),
-        sheet=np.stack(halves, axis=1).reshape(-1, 9),
-    )
-
-
-def _from_moments(
-    world: World,
-    link: _Link,
-    waves: EdgeWaves,
-    frame: LinkFrame,
-    rotation: FloatArray,
-    actors: IntArray,
-) -> _EdgePaths:
-    """Paths from cells' moments, without those weaker than the strongest by the dynamic range."""
-    power = np.abs(waves.moments[..., FIELD]) ** 2
-    strongest = max(float(np.max(power, initial=0.0)), float(link.is_clear))
-    slot, cell = np.nonzero((power > 0) & (power * world.dynamic_range >= strongest))
-    moments, spreads = waves.moments[slot, cell], waves.spreads[slot, cell]
-    field = moments[:, FIELD]
-    ratios = moments / field[:, None]
-    means = ratios.real
-    # where a cell's waves nearly cancel, ratios of moments have no meaning
-    excess = np.clip(
-        means[:, MEAN_EXCESS],
-        np.maximum(cell - 1.0, 0.0) * EXCESS_CELL_LENGTH,
-        (cell + 1.0) * EXCESS_CELL_LENGTH,
-    )
-    weight, end = spreads[:, WEIGHT], np.array([frame.length, 0.0, 0.0])
-    point = spreads[:, PLACE : PLACE + 3] / weight[:, None]
-    out = _or_towards(means[:, OUTWARD : OUTWARD + 3], point)
-    back = _or_towards(means[:, RETURN : RETURN + 3], point - end)
-    legs = point @ rotation, (point - end) @ rotation
-    velocity = frame.from_sender[slot], frame.from_receiver[slot]
-    rate = np.sum(out * velocity[0] + back * velocity[1], axis=-1)
-    mean_rate = np.sum(
-        ratios[:, OUTWARD : OUTWARD + 3] * velocity[0]
-        + ratios[:, RETURN : RETURN + 3] * velocity[1],
-        axis=-1,
-    )
-    typical, square = spreads[:, RATE] / weight, spreads[:, SQUARED_RATE] / weight
-    spread = np.sqrt(np.maximum(square - typical**2, 0.0))
-    # by rounding, even a single edge point has a spread of some µm/s
-    coherence = 1.0 / (world.wavenumber * np.maximum(spread, 1e-12))
-    return _EdgePaths(
-        first=link.first,
-        field=field * np.exp(1j * world.wavenumber * excess),
-        excess=excess,
-        rate=rate,
-        acceleration=_acceleration(
-            world, link, actors[slot], legs, (out @ rotation, back @ rotation)
-        ),
-        coherence_time=np.where(spread > 1e-5, coherence, np.inf),
-        drift=-1j * world.wavenumber * (mean_rate - rate),
-        out=out @ rotation,
-        back=back @ rotation,
-        point=point @ rotation + world.scene.radar_position[link.first],
-        actor=actors[slot],
-    )
-
-
-def _acceleration(
-    world: World,
-    link: _Link,
-    actor: IntArray,
-    legs: tuple[FloatArray, FloatArray],
-    ways: tuple[FloatArray, FloatArray],
-) -> FloatArray:
-    """Second derivatives of the lengths of paths over edges, m/s² ``(path,)``.
-
-    ``legs`` m ``(path, xyz)`` go from both radars to the edges of the actors with these numbers,
-    and ``ways`` are their mean directions, all in the world.
-    """
-    scene = world.scene
-    total = np.zeros(len(actor))
-    for radar, leg, way in zip((link.first, link.second), legs, ways, strict=True):
-        point = scene.radar_position[radar] + leg
-        moving, moved = scene.motion_at(actor, point)
-        total += range_acceleration(leg, moving - scene.radar_velocity[radar])
-        total += np.sum(way * (moved - scene.radar_acceleration[radar]), axis=-1)
-    return total
-
-
-def _or_towards(mean: FloatArray, way: FloatArray) -> FloatArray:
-    """Mean directions; that of ``way`` where a mean's length differs from 1 by 0.2 or more."""
-    straight = way / np.linalg.norm(way, axis=-1, keepdims=True)
-    is_direction = np.abs(np.linalg.norm(mean, axis=-1, keepdims=True) - 1.0) < 0.2
-    return np.where(is_direction, mean, straight)
-
-
 def _path_table(
-    world: World, direct: PropagationPaths, number: int, edges: _EdgePaths
+    world: World, direct: PropagationPaths, number: int, line: Line, edges: EdgePaths
 ) -> PropagationPaths:
-    """Edge paths of the pair of radars of direct path ``number``, in the direction of that path."""
+    """Edge paths of the pair of radars of direct path ``number``, in the direction of that path.
+
+    The line goes from the radar of the lower number to the other.
+    """
     a, b = int(direct.transmitter[number]), int(direct.receiver[number])
-    out, back = (edges.out, edges.back) if a == edges.first else (edges.back, edges.out)
-    speed = world.scene.radar_velocity
-    # the direct path's delay is exact for moving radars; the excess is added to it
-    axis = direct.departure[number]
-    opening = axis @ (speed[b] - speed[a])
+    out, back = (edges.out, edges.back) if a < b else (edges.back, edges.out)
     amplitude = 1.0 / (4 * np.pi * world.frequency * direct.delay[number])
     transfer = (
         straight_path_polarisation(_unit(out), _unit(back))
@@ -378,8 +142,9 @@ def _path_table(
         scene=world.scene,
         frequency=world.frequency,
         pair=np.tile([a, b], (len(edges.field), 1)),
+        # the direct path's delay is exact for moving radars; the excess is added to it
         delay=direct.delay[number] + edges.excess / SPEED_OF_LIGHT,
-        delay_rate=direct.delay_rate[number] + (edges.rate - opening) / SPEED_OF_LIGHT,
+        delay_rate=direct.delay_rate[number] + (edges.rate - line.opening) / SPEED_OF_LIGHT,
         transfer=transfer,
         departure=out,
         arrival=back,

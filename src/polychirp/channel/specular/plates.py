@@ -12,10 +12,11 @@ matters within a Fresnel zone of a corner.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
 from polychirp.channel.geometry.retarded_delay import (
     range_acceleration,
@@ -38,23 +39,45 @@ from polychirp.frames import polarisation_basis
 from polychirp.model.paths import Bounce, PropagationPaths
 
 
+class Reflections(NamedTuple):
+    """``paths`` by one reflection in a plate, whether or not something opaque is in their way.
+
+    ``plate`` ``(path,)`` is the number of each path's plate; ``is_free`` ``(path,)`` tells that
+    nothing opaque is in its way.
+    """
+
+    paths: PropagationPaths
+    plate: IntArray
+    is_free: BoolArray
+
+
 def mirror_paths(world: World, pairs: IntArray) -> PropagationPaths:
     """Paths of ``pairs`` ``(pair, 2)`` by one reflection in a plate, also a radar's own echoes."""
-    num_plates = len(world.plates.actor)
-    if not num_plates or not len(pairs):
-        return no_paths(world.scene, world.frequency)
-    pair = np.repeat(pairs, num_plates, axis=0)
-    number = np.tile(np.arange(num_plates), len(pairs))
+    found = reflections(world, pairs)
+    return found.paths.select(found.is_free)
+
+
+def reflections(world: World, pairs: IntArray, *, actor: int | None = None) -> Reflections:
+    """One path for every pair ``(pair, 2)`` and every plate that both of its radars are before.
+
+    ``actor`` is the number of the actor whose plates are meant; None: those of all.
+    """
+    plates = np.arange(len(world.plates.actor))
+    if actor is not None:
+        plates = plates[world.plates.actor == actor]
+    pair = np.repeat(pairs, len(plates), axis=0)
+    number = np.tile(plates, len(pairs))
     place = world.scene.radar_position
     normal, centre = world.plates.normal[number], world.plates.centre[number]
     height = [np.sum((place[pair[:, end]] - centre) * normal, axis=-1) for end in (0, 1)]
     before = (height[0] > 0) & (height[1] > 0)
     if not np.any(before):
-        return no_paths(world.scene, world.frequency)
+        none = no_paths(world.scene, world.frequency)
+        return Reflections(none, number[before], before[before])
     return _reflections(world, pair[before], number[before])
 
 
-def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationPaths:
+def _reflections(world: World, pair: IntArray, number: IntArray) -> Reflections:
     """One path for every pair ``(path, 2)`` of radars in front of the plate with that number."""
     scene, plates = world.scene, world.plates.of(number)
     speed = scene.radar_velocity
@@ -96,10 +119,10 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
     )
     # just in front of the plate, so that the plate does not hide its own point
     before = nearest_on_plates(plates, meet) + 1e-6 * plates.normal
-    free = ~(blocked(world, source, before) | blocked(world, sink, before))
-    legs = [transmission_matrices(world, end[free], before[free]) for end in (source, sink)]
-    paths = paths.select(free)
-    return replace(paths, transfer=with_leg_losses(paths.transfer, *legs))
+    is_free = ~(blocked(world, source, before) | blocked(world, sink, before))
+    legs = [transmission_matrices(world, end, before) for end in (source, sink)]
+    paths = replace(paths, transfer=with_leg_losses(paths.transfer, *legs))
+    return Reflections(paths, number, is_free)
 
 
 def _reflection_matrix(

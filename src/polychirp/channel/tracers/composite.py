@@ -179,7 +179,7 @@ class Composite(Spec):
         again more often than the rest.
         """
         parts = [*self._direct_parts(), *self._moving_parts(world)]
-        parts += [*self._mirror_parts(), *self._body_parts(world)]
+        parts += [*self._mirror_parts(world), *self._body_parts(world)]
         if self.max_bounces > 1:
             parts += self._bounce_parts(world)
         if self.diffuse:
@@ -221,13 +221,26 @@ class Composite(Spec):
             name = world.scene.actors[actor].name
             yield _part(f"parts of {name}", partial(visible_part_echoes, actor=actor))
 
-    def _mirror_parts(self) -> Iterator[Part]:
-        if self.reflecting_planes:
-            from polychirp.channel.specular.double_plates import corner_paths
-            from polychirp.channel.specular.plates import mirror_paths
+    def _mirror_parts(self, world: "World") -> Iterator[Part]:
+        if not self.reflecting_planes:
+            return
+        from polychirp.channel.specular.double_plates import corner_paths
+        from polychirp.channel.specular.plates import mirror_paths
 
-            yield _part("mirrors", mirror_paths)
-            yield _part("corners", corner_paths)
+        mirrors = _part("mirrors", mirror_paths, "mirrors")
+        if self.diffraction:
+            from polychirp.channel.diffraction.mirrored_paths import diffracted_mirror_paths
+            from polychirp.channel.diffraction.paths import LONGEST_INTERVAL
+
+            yield mirrors._replace(longest=LONGEST_INTERVAL)
+            # a part for each actor: edges about the road matter more often than those about walls
+            for actor in np.unique(world.plates.actor).tolist():
+                trace = partial(diffracted_mirror_paths, actor=actor)
+                name = f"edges in mirrors of {world.scene.actors[actor].name}"
+                yield Part(name, trace, "mirrors", LONGEST_INTERVAL)
+        else:
+            yield mirrors
+        yield _part("corners", corner_paths)
 
     def _body_parts(self, world: "World") -> Iterator[Part]:
         from polychirp.channel.bent_echoes.paths import bent_echoes

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.diffraction.paths import obstacles_of, rotation_to
+from polychirp.channel.diffraction.sight_lines import obstacles_of, rotation_to
 from polychirp.channel.diffraction.silhouette import blocked_intervals
 from polychirp.channel.materials.library import material_table
 from polychirp.channel.scene.world import world_of
