@@ -21,6 +21,7 @@ from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, mesh_of, plate, transfer_at
 from polychirp.units import to_db
 from tests.support.references.diffraction import beside_obstacle
+from tests.support.references.two_screens import below_a_floor
 
 FREQUENCY = 79e9
 WAVELENGTH = SPEED_OF_LIGHT / FREQUENCY
@@ -135,6 +136,34 @@ def test_a_plate_above_the_road_obstructs_as_it_and_its_image_do(compare, place)
     )
     # eight corners, each known to half a step of azimuth at worst
     assert abs(found - expected) < 0.012
+
+
+@pytest.mark.parametrize(
+    ("clearance", "error"), [(0.15, -10.0), (0.2, -20.0), (0.25, -25.0), (0.3, -25.0)]
+)
+def test_below_a_car_the_road_lets_through_what_both_ends_of_the_gap_do(compare, clearance, error):
+    """A box as long as a car: heights from the lit ones into the dark, by Kirchhoff's two slits.
+
+    The silhouette has one edge for both ends of the floor, whose error grows as the gap narrows.
+    """
+    found, expected = [], []
+    for height in np.arange(0.2, 1.25, 0.05):
+        ends = [(0.0, 0.0, 0.5), (20.6, 0.0, height)]
+        car = body(box((4.6, 12.0, 1.2), 0.3), x=10.3, z=0.6 + clearance)
+        found.append(relative_field(around([road(), car], ends)))
+        image, end = (0.0, -0.5), (20.6, float(height))
+        expected.append(below_a_floor(image, (8.0, 12.6), clearance, end, FREQUENCY))
+    power = np.mean(np.abs(expected) ** 2)
+    compare(
+        page="diffraction",
+        case=f"by way of the road, below a box of 4.6 m with a clearance of {clearance:g} m",
+        quantity="mean power over unobstructed, dB",
+        expected=float(to_db(power)),
+        measured=float(to_db(np.mean(np.abs(found) ** 2))),
+        tolerance=0.3,
+        source="Kirchhoff's integral over the apertures at both ends of the gap and its image",
+    )
+    assert to_db(np.mean(np.abs(np.array(found) - expected) ** 2) / power) < error
 
 
 def unfolded(scene, mesh, flip):

@@ -112,7 +112,7 @@ class Obstructing(NamedTuple):
 
 
 def obstructing(world: World, line: Line) -> tuple[Obstructing, ...]:
-    """What may obstruct a line; of a line by a mirror also what may do so by its image."""
+    """Obstacles of a line; of a line by a mirror, also those that obstruct it by their images."""
     if line.mirror is None:
         return (_within_zones(world, line, line.place),)
     here = _within_zones(world, line, line.place, line.mirror)
@@ -163,7 +163,7 @@ def rotation_to(axis: FloatArray) -> FloatArray:
 def obstacles_on(
     world: World, line: Line, rotation: FloatArray, some: tuple[Obstructing, ...]
 ) -> Obstacles:
-    """What `obstructing` found, in the frame at the line's first end with axes ``rotation``.
+    """The bodies and plates of `obstructing`, in the frame at the line's first end with axes ``rotation``.
 
     Bodies come first and then plates, in either case the images last.
     """

@@ -53,8 +53,8 @@ class Composite(Spec):
     """Every mechanism of the package, each for its own kind of path.
 
     The mechanisms are: line of sight, with diffraction at obstacles; point scatterers; moving parts
-    of people and bicycles; mirror images in road and walls and in their corners; facets of
-    vehicles, seen directly, in mirrors and over the edges of other vehicles; bounces between
+    of people and bicycles; mirror images in road and walls, with diffraction at obstacles too, and
+    in their corners; facets of vehicles, seen directly, in mirrors and over the edges of other vehicles; bounces between
     bodies; and, on request, rough planes and leaves with random phases. Surfaces block waves; thin
     sheets, such as panes and bumpers, let a part through.
 
@@ -74,8 +74,8 @@ class Composite(Spec):
         echoes and the interference of the paper's radars are right to −24 dB or better, at 2.4
         times the cost. Errors 46 dB below all echoes of a radar are tolerated in
         any case
-    diffraction : true if direct paths are diffracted at edges, and vehicles bend waves into their
-        shadows
+    diffraction : true if direct paths and mirror images are diffracted at edges, and vehicles bend
+        waves into their shadows
     transmission : true if thin sheets let waves through; otherwise they block
     diffuse : true if rough planes and leaves scatter. Every radar then has hundreds of weak paths
         more, most of them from the road within 5 m, which receivers take for as many objects
