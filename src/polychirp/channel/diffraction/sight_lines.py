@@ -163,9 +163,9 @@ def rotation_to(axis: FloatArray) -> FloatArray:
 def obstacles_on(
     world: World, line: Line, rotation: FloatArray, some: tuple[Obstructing, ...]
 ) -> Obstacles:
-    """The bodies and plates of `obstructing`, in the frame at the line's first end with axes ``rotation``.
+    """The bodies and plates of `obstructing` in the frame at the line's first end.
 
-    Bodies come first and then plates, in either case the images last.
+    ``rotation`` holds its axes. Bodies come first and then plates, in either case images last.
     """
     origin = line.place[0]
     tables = [obstacles_of(world, rotation, origin, *some[0])]

@@ -53,10 +53,10 @@ class Composite(Spec):
     """Every mechanism of the package, each for its own kind of path.
 
     The mechanisms are: line of sight, with diffraction at obstacles; point scatterers; moving parts
-    of people and bicycles; mirror images in road and walls, with diffraction at obstacles too, and
-    in their corners; facets of vehicles, seen directly, in mirrors and over the edges of other vehicles; bounces between
-    bodies; and, on request, rough planes and leaves with random phases. Surfaces block waves; thin
-    sheets, such as panes and bumpers, let a part through.
+    of people and bicycles; mirror images in road and walls, with diffraction at obstacles, and in
+    their corners; facets of vehicles, seen directly, in mirrors and over the edges of other
+    vehicles; bounces between bodies; and, on request, rough planes and leaves with random phases.
+    Surfaces block waves; thin sheets, such as panes and bumpers, let a part through.
 
     Further snapshots of a scene are cheap, because its meshes are prepared only once.
 
