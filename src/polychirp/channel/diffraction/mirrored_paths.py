@@ -50,6 +50,30 @@ def diffracted_mirror_paths(
     strongest : `strength` of the strongest path known of every pair, ``(transmitter, receiver)``;
         plates by which even an unobstructed wave is weaker by the dynamic range are left out
     actor : number of the actor whose plates are meant; None: those of all
+
+    Examples
+    --------
+    Below a wall that ends 10 cm above a metal road, half of the power goes on:
+
+    >>> from polychirp.channel.specular.plates import mirror_paths
+    >>> from polychirp.channel.tracers.composite import Composite
+    >>> from polychirp.model.mesh import Plate
+    >>> from polychirp.model.scene import Actor
+    >>> from polychirp.testing.shapes import around, transfer_at
+    >>> road = Plate(centre=(20, 0, 0), half_u=(60, 0, 0), half_v=(0, 60, 0), material="metal",
+    ...     part="road")
+    >>> wall = Plate(centre=(15, 0, 6.1), half_u=(0, 30, 0), half_v=(0, 0, 6), material="brick",
+    ...     part="wall")
+    >>> actors = [Actor(name="road", kind="road", plates=(road,)),
+    ...     Actor(name="wall", kind="building", plates=(wall,))]
+    >>> scene = around(actors, [(0, 0, 0.5), (40, 0, 0.6)])
+    >>> world, pair = Composite().prepare(scene), np.array([[0, 1]])
+    >>> road_alone = transfer_at(reflections(world, pair, actor=2).paths, 79e9, 0, 1)
+    >>> edges = diffracted_mirror_paths(world, pair, np.zeros((2, 2)), actor=2)
+    >>> both = gather([mirror_paths(world, pair), edges])
+    >>> field = transfer_at(both, 79e9, 0, 1)[0, 0] / road_alone[0, 0]
+    >>> float(round(abs(field) ** 2, 2))
+    0.45
     """
     found = reflections(world, pairs, actor=actor)
     tables = [no_paths(world.scene, world.frequency)]
