@@ -94,12 +94,13 @@ def edge_paths(world: World, line: Line, some: tuple[Obstructing, ...]) -> EdgeP
 
 
 def _owners_of(world: World, some: tuple[Obstructing, ...]) -> _Owners:
-    """The actors of ``some`` obstacles."""
-    actors = [world.body[one.bodies] for one in some]
+    """The actors of ``some`` obstacles, of which the second ones are there by their images."""
+    rows = [world.body[one.bodies] for one in some]
     # a plate is two triangles
-    actors += [np.repeat(world.plates.actor[one.plates], 2) for one in some]
-    images = [np.full(len(rows), n % len(some) > 0) for n, rows in enumerate(actors)]
-    pairs = np.stack([np.concatenate(actors), np.concatenate(images)], axis=-1)
+    rows += [np.repeat(world.plates.actor[one.plates], 2) for one in some]
+    is_image = [*range(len(some)), *range(len(some))]
+    images = np.repeat(is_image, [len(row) for row in rows])
+    pairs = np.stack([np.concatenate(rows), images], axis=-1)
     kinds, slot = np.unique(pairs, axis=0, return_inverse=True)
     return _Owners(kinds[:, 0], kinds[:, 1] > 0, slot.reshape(-1).astype(np.int64))
 

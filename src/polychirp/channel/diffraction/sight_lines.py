@@ -13,6 +13,7 @@ import numpy as np
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.diffraction.silhouette import Obstacles
 from polychirp.channel.scene.world import RADAR_CLEARANCE, ROLES, World
+from polychirp.channel.specular.images import mirrored
 
 MAX_ZONES_CLEAR: Final = 100.0
 """Number of Fresnel zones about a clear line of sight within which edges are sought. Chosen: from
@@ -35,7 +36,7 @@ class Mirror(NamedTuple):
 
     def turned(self, vector: FloatArray) -> FloatArray:
         """Images of directions, or of differences of vectors, ``(…, xyz)``."""
-        return np.asarray(vector - 2 * (vector @ self.normal)[..., None] * self.normal)
+        return mirrored(vector, self.normal)
 
     def image_of(self, point: FloatArray) -> FloatArray:
         """Images of points, m ``(…, xyz)``."""
