@@ -1,5 +1,6 @@
 """World, vehicle and radar frames (ISO 8855: x forward, y left, z up; angles positive left, up)."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,6 +78,30 @@ def turned_at_rate(yaw_rate: float | FloatArray, vector: FloatArray) -> FloatArr
     rate, vector = np.asarray(yaw_rate, dtype=np.float64), np.asarray(vector)
     return np.stack(
         [-rate * vector[..., 1], rate * vector[..., 0], np.zeros_like(vector[..., 2])], axis=-1
+    )
+
+
+def steady_turn(
+    velocity: FloatArray, yaw_rate: float, elapsed: float
+) -> tuple[FloatArray, FloatArray]:
+    """Way of a point, m ``(xyz,)``, after some time, s, and its velocity then.
+
+    Its ``velocity``, m/s ``(xyz,)``, turns to the left with a steady ``yaw_rate``, rad/s.
+
+    >>> way, velocity = steady_turn(np.array([np.pi, 0.0, 1.0]), np.pi, 1.0)
+    >>> (way.round(9) + 0.0).tolist(), (velocity.round(9) + 0.0).tolist()
+    ([0.0, 2.0, 1.0], [-3.14159265, 0.0, 1.0])
+    """
+    if not yaw_rate:
+        return velocity * elapsed, velocity
+    vx, vy, vz = velocity.tolist()
+    turn = yaw_rate * elapsed
+    sine, cosine = math.sin(turn), math.cos(turn)
+    # 1 − cos without cancellation
+    ahead, aside = sine / yaw_rate, 2.0 * math.sin(0.5 * turn) ** 2 / yaw_rate
+    return (
+        np.array([ahead * vx - aside * vy, aside * vx + ahead * vy, vz * elapsed]),
+        np.array([cosine * vx - sine * vy, sine * vx + cosine * vy, vz]),
     )
 
 

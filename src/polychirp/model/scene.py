@@ -1,6 +1,5 @@
 """`Scene`: bodies and radars at one time, with their velocities."""
 
-import math
 from dataclasses import dataclass, field, replace
 from typing import Literal, Self
 
@@ -8,10 +7,11 @@ import numpy as np
 
 from polychirp.axes import FloatArray, IntArray
 from polychirp.errors import InputError
-from polychirp.frames import Pose, turned_at_rate
+from polychirp.frames import Pose, steady_turn, turned_at_rate
 from polychirp.model.mesh import EMPTY_MESH, Mesh, Plate
 from polychirp.model.moving_parts import Movement
 from polychirp.model.radar import Radar
+from polychirp.model.towing import Motion, Towing
 
 ActorKind = Literal["vehicle", "road", "building", "tree", "furniture", "object"]
 
@@ -31,7 +31,9 @@ class Actor:
     It consists of ``mesh``, ``plates`` and ``points``, each of which may be empty, and of parts
     that ``movement`` moves in its frame. ``velocity`` is that of the frame's origin in m/s,
     ``(x, y, z)`` in the world. The body turns to the left with ``yaw_rate``, rad/s, and its
-    velocity with it: the origin goes round a circle at constant speed.
+    velocity with it: the origin goes round a circle at constant speed. A trailer, which has
+    ``towing``, follows its pin instead; it is ``part_of`` the actor of that name, so that both are
+    one target.
 
     A `Scene` has a tuple of them.
 
@@ -59,6 +61,8 @@ class Actor:
     plates: tuple[Plate, ...] = ()
     points: tuple[PointScatterer, ...] = ()
     movement: Movement | None = None
+    towing: Towing | None = None
+    part_of: str = ""
 
     def __post_init__(self) -> None:
         if self.yaw_rate and self.plates:
@@ -67,33 +71,37 @@ class Actor:
                 "leave its yaw_rate at 0"
             )
 
+    @property
+    def whole(self) -> str:
+        """Name of the actor that this one belongs to: its own, unless it is a part of another."""
+        return self.part_of or self.name
+
     def at(self, elapsed: float) -> Self:
-        """The actor after it has moved along its velocity for ``elapsed`` seconds."""
-        vx, vy, vz = self.velocity
-        if not self.yaw_rate:
-            way_x, way_y, velocity, turn = vx * elapsed, vy * elapsed, self.velocity, 0.0
+        """The actor after it has moved for ``elapsed`` seconds."""
+        if self.towing is not None:
+            pose, moving, yaw_rate = self.towing.after(elapsed, self._motion)
         else:
-            turn = self.yaw_rate * elapsed
-            sine, cosine = math.sin(turn), math.cos(turn)
-            # 1 − cos without cancellation
-            ahead, aside = sine / self.yaw_rate, 2.0 * math.sin(0.5 * turn) ** 2 / self.yaw_rate
-            way_x, way_y = ahead * vx - aside * vy, aside * vx + ahead * vy
-            velocity = (cosine * vx - sine * vy, sine * vx + cosine * vy, vz)
-        return replace(
-            self,
-            pose=replace(
-                self.pose,
-                x=self.pose.x + way_x,
-                y=self.pose.y + way_y,
-                z=self.pose.z + vz * elapsed,
-                yaw=self.pose.yaw + turn,
-            ),
-            velocity=velocity,
-        )
+            way, moving = steady_turn(np.array(self.velocity), self.yaw_rate, elapsed)
+            yaw_rate = self.yaw_rate
+            x, y, z = (self.pose.position + way).tolist()
+            pose = replace(self.pose, x=x, y=y, z=z, yaw=self.pose.yaw + yaw_rate * elapsed)
+        vx, vy, vz = moving.tolist()
+        return replace(self, pose=pose, velocity=(vx, vy, vz), yaw_rate=yaw_rate)
+
+    @property
+    def _motion(self) -> Motion:
+        return Motion(self.pose, np.array(self.velocity), self.yaw_rate)
 
     def velocity_at(self, point: FloatArray) -> FloatArray:
         """Velocity of the body's matter at places in the world, m/s and m ``(…, xyz)``."""
         return self.velocity + turned_at_rate(self.yaw_rate, point - self.pose.position)
+
+    def acceleration_at(self, point: FloatArray) -> FloatArray:
+        """Acceleration of the body's matter at places in the world, m/s² and m ``(…, xyz)``."""
+        steady = turned_at_rate(self.yaw_rate, self.velocity_at(point))
+        if self.towing is None:
+            return steady
+        return steady + self.towing.extra_acceleration(self._motion, point)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -120,6 +128,13 @@ class Scene:
             twice = sorted({n for n in names if names.count(n) > 1})
             if twice:
                 raise InputError(f"two {what}s are called '{twice[0]}'; give each its own name")
+        known = {actor.name for actor in self.actors}
+        for actor in self.actors:
+            if actor.whole not in known:
+                raise InputError(
+                    f"'{actor.name}' is a part of '{actor.part_of}', which is not in the scene; "
+                    "add it, or leave part_of empty"
+                )
 
     def at(self, time: float) -> Self:
         """The same scene at another time, with every body moved along its velocity."""
@@ -138,7 +153,20 @@ class Scene:
         yaw_rate = np.array([one.yaw_rate for one in self.actors])[actor]
         velocity = np.array([one.velocity for one in self.actors]).reshape(-1, 3)[actor]
         velocity = velocity + turned_at_rate(yaw_rate, point - origin)
-        return velocity, turned_at_rate(yaw_rate, velocity)
+        acceleration = turned_at_rate(yaw_rate, velocity)
+        for number in self.towed:
+            mine = actor == number
+            acceleration[mine] = self.actors[number].acceleration_at(point[mine])
+        return velocity, acceleration
+
+    @property
+    def towed(self) -> tuple[int, ...]:
+        """Numbers of the actors that follow another by a pin."""
+        return tuple(n for n, actor in enumerate(self.actors) if actor.towing is not None)
+
+    def parts_of(self, name: str) -> tuple[Actor, ...]:
+        """The actor called ``name`` and those that are parts of it."""
+        return tuple(actor for actor in self.actors if actor.whole == name)
 
     def radar_index(self, name: str) -> int:
         """Index in ``radars`` of the radar called ``name``."""
@@ -165,7 +193,7 @@ class Scene:
     @property
     def radar_acceleration(self) -> FloatArray:
         """Accelerations of the radars, whose vehicles may turn, m/s², ``(radar, xyz)``."""
-        return turned_at_rate(self.radar_yaw_rate, self.radar_velocity)
+        return self.motion_at(np.array(self.carriers, dtype=np.int64), self.radar_position)[1]
 
     @property
     def radar_yaw_rate(self) -> FloatArray:

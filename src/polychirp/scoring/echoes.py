@@ -26,7 +26,7 @@ class Echoes(Sealed):
 
     Parameters
     ----------
-    body : name of every actor of the scene
+    body : name of every actor of the scene, or of the actor that it is a part of
     is_clutter : ``(actor,)``; true for roads, buildings, trees and furniture
     actor : number of the actor that sends the path back, ``(path,)``
     range, range_rate, azimuth, elevation : m, m/s, rad, rad, ``(path,)``
@@ -54,7 +54,7 @@ def echoes_of(paths: PropagationPaths, scene: Scene, radar: int) -> Echoes:
     azimuth, elevation = direction_angles(arrival)
     gain = pattern.gain(arrival) * pattern.gain(departure)
     return Echoes(
-        body=tuple(actor.name for actor in scene.actors),
+        body=tuple(actor.whole for actor in scene.actors),
         is_clutter=np.array([actor.kind in CLUTTER for actor in scene.actors], dtype=np.bool_),
         actor=sending_back(own),
         range=0.5 * SPEED_OF_LIGHT * own.delay,

@@ -38,8 +38,8 @@ def body_echoes(
     present = np.arange(frame.times.most_samples) < frame.times.num_samples[:, None]
     noise = float(np.mean(np.abs(parts.noise[:, present]) ** 2))
     snr = power * (len(frame.samples) * np.count_nonzero(present) / max(noise, 1e-300))
-    number = {actor.name: n for n, actor in enumerate(scene.actors)}
-    return np.asarray(snr[[number[name] for name in targets]])
+    whole = np.array([actor.whole for actor in scene.actors])
+    return np.array([float(np.sum(snr[whole == name])) for name in targets])
 
 
 def echo_powers(

@@ -6,13 +6,16 @@ pin to the trailer's rear, and 2.04 m to any point of its front. The guard at th
 0.45 m and at least 0.10 m high, as UN Regulation 58 asks. All else is chosen as typical.
 """
 
+import math
 from dataclasses import replace
 from typing import Final, Literal
 
 import numpy as np
 
 from polychirp.axes import FloatArray
+from polychirp.frames import Pose
 from polychirp.model.mesh import Mesh
+from polychirp.model.towing import Towing
 from polychirp.traffic.fittings import PLATE_GAP, ROD, Fittings, lamp, lock_rod, number_plate
 from polychirp.traffic.outline import End
 from polychirp.traffic.shapes import TRUCK, Mirror, Tier, Wheels
@@ -31,6 +34,9 @@ TRACTOR_X: Final = 5.25
 
 KING_PIN_X: Final = 3.75
 """King pin, m before the middle of the truck: 12.00 m before the trailer's rear."""
+
+KING_PIN: Final = np.array([KING_PIN_X, 0.0, 0.0])
+"""Place of the king pin in the frames of truck and trailer, m, ``(xyz,)``."""
 
 BOX: Final = (5.35, -8.25, 1.2)
 """Front, rear and floor of the trailer's box, m: 13.6 m long, 0.7 m behind the cab."""
@@ -104,21 +110,51 @@ TRACTOR: Final = replace(
 of the frame and the coupling."""
 
 
-def coupled(
-    tractor: Mesh, fine: Fineness, articulation: float, fittings: Fittings | None = None
-) -> Mesh:
-    """A tractor's mesh and the semi-trailer, in the frame of the straight truck.
+def pieces(tractor: Mesh, fine: Fineness, fittings: Fittings | None = None) -> tuple[Mesh, Mesh]:
+    """A tractor's mesh without its tail, and the semi-trailer, in the frame of the straight truck.
+
+    The frame of ``tractor`` is its own.
+    """
+    moved = replace(tractor, vertex=tractor.vertex + np.array([TRACTOR_X, 0.0, 0.0]))
+    return _without(moved, *TRACTOR_TAIL), _trailer(fine, fittings)
+
+
+def coupled(tractor: Mesh, trailer: Mesh, articulation: float) -> Mesh:
+    """The mesh of both `pieces`.
 
     ``articulation`` is the angle, rad, by which the trailer's heading is to the left of the
     tractor's; the trailer turns about its king pin, and the tractor stays in its place.
     """
-    trailer = _trailer(fine, fittings)
-    cos, sin = np.cos(articulation), np.sin(articulation)
-    pin = np.array([KING_PIN_X, 0.0, 0.0])
-    turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    trailer = replace(trailer, vertex=(trailer.vertex - pin) @ turn + pin)
-    tractor = replace(tractor, vertex=tractor.vertex + np.array([TRACTOR_X, 0.0, 0.0]))
-    return _joined(_without(tractor, *TRACTOR_TAIL), trailer)
+    turned = trailer_pose(Pose(), articulation).to_outer(trailer.vertex)
+    return _joined(tractor, replace(trailer, vertex=turned))
+
+
+def trailer_pose(truck: Pose, articulation: float) -> Pose:
+    """Pose of the trailer's frame, which is that of the straight truck if it is not bent.
+
+    >>> pose = trailer_pose(Pose(), math.pi / 2)
+    >>> round(pose.x, 9), round(pose.y, 9)
+    (3.75, -3.75)
+    """
+    heading = truck.yaw + articulation
+    along = np.array([math.cos(heading), math.sin(heading), 0.0])
+    x, y, z = (truck.to_outer(KING_PIN) - KING_PIN_X * along).tolist()
+    return Pose(x=x, y=y, z=z, yaw=heading)
+
+
+def is_on_trailer(mount: Pose) -> bool:
+    """True if a place on the straight truck is on its trailer: not before it, nor on the tractor.
+
+    >>> is_on_trailer(Pose(x=-8.2, z=0.5)), is_on_trailer(Pose(x=8.2, z=0.5))
+    (True, False)
+    """
+    front, _, floor = BOX
+    is_on_frame = mount.x > TRACTOR_X - 0.5 * TRACTOR.length and mount.z < floor
+    return mount.x < front and not is_on_frame
+
+
+TOWING: Final = Towing(pin_x=KING_PIN_X, axle_x=AXLES[1])
+"""The trailer behind its king pin; its three axles move like the one in the middle."""
 
 
 def _trailer(fine: Fineness, fittings: Fittings | None) -> Mesh:

@@ -21,9 +21,15 @@ from polychirp.traffic.furniture import AnyFurniture, Furniture
 from polychirp.traffic.mesh_file import load_mesh
 from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian, RoadUser
 from polychirp.traffic.roadside import WINDOW_SIZE, tree_mesh, upright
-from polychirp.traffic.semi_trailer import ARTICULATED_TRUCK
+from polychirp.traffic.semi_trailer import (
+    ARTICULATED_TRUCK,
+    KING_PIN,
+    TOWING,
+    is_on_trailer,
+    trailer_pose,
+)
 from polychirp.traffic.shapes import Body
-from polychirp.traffic.vehicle import rear_axle_x, vehicle_mesh, vehicle_size
+from polychirp.traffic.vehicle import rear_axle_x, truck_pieces, vehicle_mesh, vehicle_size
 from polychirp.units import (
     Between,
     Metres,
@@ -80,7 +86,7 @@ class Vehicle(Spec):
     max_edge : greatest edge of facets on flat parts, m
     coarseness : factor on edges on curved parts, see `vehicle_mesh`
     articulation : angle, rad, by which the semi-trailer of an "articulated-truck" is turned to the
-        left of the tractor, about its king pin; the vehicle keeps it while it drives
+        left of the tractor, about its king pin, at time 0; `trailer` says how it goes on
     fittings : number plates, bumper beams, lamps, open rims and more on a built-in body; None: its
         smooth shell alone
 
@@ -157,16 +163,56 @@ class Vehicle(Spec):
             )
         return _loaded(self.mesh, self.materials, self.scale, self.up_axis, self.max_edge)
 
+    @property
+    def is_in_pieces(self) -> bool:
+        """True for an articulated truck that is bent or turns: its trailer moves on its own."""
+        is_truck = self.mesh is None and self.body == ARTICULATED_TRUCK
+        return is_truck and bool(self.articulation or self.yaw_rate)
+
     def actor(self) -> Actor:
-        """The vehicle with its mesh and velocity."""
+        """The vehicle with its mesh and velocity; without its `trailer` if it has one."""
         return Actor(
             name=self.name,
             kind="vehicle",
             pose=self.pose,
             velocity=self.velocity,
             yaw_rate=self.yaw_rate,
-            mesh=self.surface(),
+            mesh=self._pieces[0] if self.is_in_pieces else self.surface(),
         )
+
+    def trailer(self) -> Actor | None:
+        """The semi-trailer of an articulated truck that is bent or turns, or else None.
+
+        It is drawn by its king pin, which moves with the tractor, and its middle axle does not
+        slip: behind a tractor that goes straight on it swings into line, and in a steady bend it
+        takes the angle at which both turn alike (`Towing`).
+
+        >>> truck = Vehicle(name="t", body="articulated-truck", x=0.0, y=0.0, speed=10.0,
+        ...     articulation=0.2, coarseness=4.0)
+        >>> trailer = truck.trailer()
+        >>> round(trailer.yaw_rate, 3), trailer.part_of
+        (-0.258, 't')
+        """
+        if not self.is_in_pieces:
+            return None
+        pulled = self.actor().velocity_at(self.pose.to_outer(KING_PIN))
+        towing = replace(TOWING, pin_yaw_rate=self.yaw_rate)
+        pose, velocity, yaw_rate = towing.drawn(trailer_pose(self.pose, self.articulation), pulled)
+        vx, vy, vz = velocity.tolist()
+        return Actor(
+            name=f"{self.name} semi-trailer",
+            kind="vehicle",
+            pose=pose,
+            velocity=(vx, vy, vz),
+            yaw_rate=yaw_rate,
+            mesh=self._pieces[1],
+            towing=towing,
+            part_of=self.name,
+        )
+
+    @property
+    def _pieces(self) -> tuple[Mesh, Mesh]:
+        return truck_pieces(self.max_edge, self.coarseness, self.fittings)
 
     def footprint(self) -> Footprint:
         """Rectangle around the vehicle, without mirrors if its body is built in and straight."""
@@ -438,6 +484,9 @@ class Street(Spec):
     def scene(self, radars: Sequence[tuple[Radar, str]] = ()) -> Scene:
         """The street at time 0 with radars, each with the name of the vehicle that carries it.
 
+        The mount of a radar on an articulated truck is a place on the straight truck: a radar at
+        the rear goes with the trailer.
+
         `InputError` is raised if a carrier is not among the vehicles, or a vehicle from a file does
         not fit.
         """
@@ -454,11 +503,21 @@ class Street(Spec):
         road = () if self.road is None else (self.road,)
         moving = (*self.vehicles, *self.points, *self.road_users)
         bodies = (*moving, *road, *self.buildings, *self.trees, *self.furniture)
+        actors = [body.actor() for body in bodies]
+        trailer_of = {}
+        for number, vehicle in enumerate(self.vehicles):
+            if (trailer := vehicle.trailer()) is not None:
+                trailer_of[number] = len(actors)
+                actors.append(trailer)
+        carriers = [
+            trailer_of.get(number, number) if is_on_trailer(radar.mount) else number
+            for radar, number in ((radar, names.index(carrier)) for radar, carrier in radars)
+        ]
         return Scene(
             time=0.0,
-            actors=tuple(body.actor() for body in bodies),
+            actors=tuple(actors),
             radars=tuple(radar for radar, _ in radars),
-            carriers=tuple(names.index(carrier) for _, carrier in radars),
+            carriers=tuple(carriers),
         )
 
 
@@ -466,7 +525,8 @@ def _check_view(vehicle: Vehicle, radar: Radar) -> None:
     """Raise if a radar is mounted behind a number plate of its vehicle."""
     if vehicle.fittings is None or not vehicle.fittings.number_plates:
         return
-    mesh, (x, y, z) = vehicle.surface(), radar.mount.position
+    # mounts are places on the straight truck
+    mesh, (x, y, z) = replace(vehicle, articulation=0.0).surface(), radar.mount.position
     for end, sign in (("front", 1), ("rear", -1)):
         plate = mesh.corners[mesh.part == mesh.parts.index(f"number-plate-{end}")].reshape(-1, 3)
         low, high = plate.min(axis=0), plate.max(axis=0)

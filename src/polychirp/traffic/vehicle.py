@@ -35,6 +35,7 @@ from polychirp.traffic.semi_trailer import (
     TRACTOR_X,
     TRUCK_SIZE,
     coupled,
+    pieces,
 )
 from polychirp.traffic.shapes import SHAPES, Body, Shape, Tier
 from polychirp.traffic.shell import Arch, Cabin, Cover, Shell, flank
@@ -128,11 +129,22 @@ def _mesh(
         raise InputError(f"there is no body '{body}'; choose among {', '.join(known)}")
     fine = Fineness(max_edge=max_edge, coarseness=coarseness)
     if body == ARTICULATED_TRUCK:
-        tractor = _one_piece(fine, TRACTOR, fittings)
-        return coupled(tractor, fine, articulation, fittings)
+        return coupled(*truck_pieces(max_edge, coarseness, fittings), articulation)
     if articulation:
         raise InputError(f"a {body} has no trailer; leave its articulation at 0")
     return _one_piece(fine, SHAPES[body], fittings)
+
+
+@cache
+def truck_pieces(
+    max_edge: float, coarseness: float, fittings: Fittings | None
+) -> tuple[Mesh, Mesh]:
+    """Surfaces of the articulated truck's tractor and of its trailer, each in its own frame.
+
+    Both frames are that of the straight truck; the parameters are those of `vehicle_mesh`.
+    """
+    fine = Fineness(max_edge=max_edge, coarseness=coarseness)
+    return pieces(_one_piece(fine, TRACTOR, fittings), fine, fittings)
 
 
 def _one_piece(fine: Fineness, shape: Shape, fittings: Fittings | None) -> Mesh:

@@ -5,7 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from polychirp.channel.point_vehicles.tracer import PointVehicles
+from polychirp.channel.scene.ground_truth import truth
 from polychirp.errors import InputError
+from polychirp.frames import Pose
+from polychirp.model.radar import Radar
+from polychirp.scoring.echoes import echoes_of
 from polychirp.traffic.mounting import bumper_mount
 from polychirp.traffic.semi_trailer import BOX, GUARD, KING_PIN_X, TRUCK_SIZE
 from polychirp.traffic.street import Street, Vehicle
@@ -99,3 +104,76 @@ def test_a_bent_truck_needs_the_room_of_its_trailer():
     assert len(Street(vehicles=(truck(), car)).scene().actors) == 2
     with pytest.raises(InputError, match="overlap"):
         Street(vehicles=(truck(articulation=0.4), car))
+
+
+def bent_street(**values):
+    """A bent truck that turns, beside a car with a radar, with a radar at each of its ends."""
+    ego = Vehicle(name="ego", x=-24.0, y=0.0, **COARSE)
+    radars = [
+        (Radar(name=name, mount=Pose(x=x, z=0.5, yaw=yaw)), carrier)
+        for name, carrier, x, yaw in (
+            ("ego", "ego", 2.32, 0.0),
+            ("front", "truck", 8.3, 0.0),
+            ("rear", "truck", -8.3, math.pi),
+        )
+    ]
+    return Street(vehicles=(truck(**values), ego)).scene(radars)
+
+
+def test_a_truck_that_is_straight_and_does_not_turn_is_one_body():
+    assert [actor.name for actor in bent_street(speed=12.0).actors] == ["truck", "ego"]
+
+
+@pytest.mark.parametrize("values", [{"articulation": 0.3}, {"yaw_rate": 0.3, "speed": 8.0}])
+def test_tractor_and_trailer_are_where_the_mesh_of_the_whole_truck_is(values):
+    scene = bent_street(heading=0.4, **values)
+    assert [actor.name for actor in scene.actors] == ["truck", "ego", "truck semi-trailer"]
+    parts = scene.parts_of("truck")
+    vertices = np.concatenate([a.pose.to_outer(a.mesh.corners.reshape(-1, 3)) for a in parts])
+    articulation = values.get("articulation", 0.0)
+    whole = vehicle_mesh("articulated-truck", articulation=articulation, **COARSE)
+    there = parts[0].pose.to_outer(whole.corners.reshape(-1, 3))
+    assert np.sort(vertices, axis=0) == pytest.approx(np.sort(there, axis=0), abs=1e-9)
+
+
+def test_the_trailer_stays_at_the_king_pin():
+    scene = bent_street(heading=0.4, articulation=0.3, yaw_rate=-0.4, speed=9.0).at(2.5)
+    tractor, trailer = scene.parts_of("truck")
+    pin = np.array([3.75, 0.0, 0.0])
+    assert trailer.pose.to_outer(pin) == pytest.approx(tractor.pose.to_outer(pin), abs=1e-9)
+    there = tractor.pose.to_outer(pin)
+    assert trailer.velocity_at(there) == pytest.approx(tractor.velocity_at(there), abs=1e-9)
+
+
+def test_a_radar_at_the_rear_goes_with_the_trailer():
+    scene = bent_street(articulation=0.3, speed=9.0)
+    assert scene.carriers == (1, 0, 2)
+    trailer = scene.actors[2]
+    behind = trailer.pose.to_outer(np.array([-8.3, 0.0, 0.5]))
+    assert scene.radar_position[2] == pytest.approx(behind)
+    assert scene.radar_velocity[2] == pytest.approx(trailer.velocity_at(behind))
+    assert scene.radar_acceleration[2] == pytest.approx(trailer.acceleration_at(behind))
+    assert scene.radar_yaw_rate[2] == pytest.approx(-9.0 * math.sin(0.3) / 7.7)
+
+
+def test_tractor_and_trailer_are_one_target():
+    """Seen from behind, its places are those of the trailer, with the trailer's velocities."""
+    scene = bent_street(articulation=0.3, speed=9.0)
+    found = truth(scene, 0, ["truck"])
+    assert found.is_visible.all()
+    assert 0.0 < found.visible_share[0] < 1.0
+    trailer = scene.actors[2]
+    rear = trailer.pose.to_inner(found.point[0])
+    assert rear[0] == pytest.approx(-8.25, abs=0.1)
+    way = found.point[0] - scene.radar_position[0]
+    assert found.range_rate[0] == pytest.approx(
+        trailer.velocity_at(found.point[0]) @ way / np.linalg.norm(way)
+    )
+    with pytest.raises(InputError, match="no actor 'truck semi-trailer'; the scene has truck, ego"):
+        truth(scene, 0, ["truck semi-trailer"])
+
+
+def test_echoes_of_the_trailer_are_echoes_of_the_truck():
+    scene = bent_street(articulation=0.3, speed=9.0)
+    paths = PointVehicles().trace(scene)
+    assert echoes_of(paths, scene, 0).body == ("truck", "ego", "truck")

@@ -80,22 +80,11 @@ def truth(
         table = material_table(materials)
         world = world_of(scene, frequency=frequency, dynamic_range=1.0, table=table)
     eye = scene.radar_position[receiver]
-    actors = [_actor(scene, name) for name in targets]
-    nearest = [_nearest_visible(world, actor, eye, scene.time) for actor in actors]
-    point = np.array([place for place, _ in nearest]).reshape(-1, 3)
-    is_visible = np.array([is_seen for _, is_seen in nearest], dtype=np.bool_)
-    velocity = np.array(
-        [actor.velocity_at(place) for actor, place in zip(actors, point, strict=True)]
-    ).reshape(-1, 3)
-    places = [
-        _visible_places(world, actor, eye, scene.time) if is_seen else _NO_PLACES
-        for (_, is_seen), actor in zip(nearest, actors, strict=True)
-    ]
-    found = [
-        _with_others(actor, place, some) if is_seen else (some.point, some.velocity)
-        for (place, is_seen), actor, some in zip(nearest, actors, places, strict=True)
-    ]
-    of_target = np.repeat(np.arange(len(actors)), [len(some) for some, _ in found])
+    seen = [_seen(world, _parts_of(scene, name), eye, scene.time) for name in targets]
+    point = np.array([one.nearest for one in seen]).reshape(-1, 3)
+    velocity = np.array([one.velocity for one in seen]).reshape(-1, 3)
+    found = [one.all_places for one in seen]
+    of_target = np.repeat(np.arange(len(seen)), [len(some) for some, _ in found])
     seen_from = partial(_as_seen, scene, receiver)
     distance, rate, azimuth, elevation = seen_from(point, velocity)
     place_distance, place_rate, place_azimuth, place_elevation = seen_from(
@@ -109,8 +98,8 @@ def truth(
         azimuth=azimuth,
         elevation=elevation,
         point=point,
-        is_visible=is_visible,
-        visible_share=np.array([some.share for some in places]),
+        is_visible=np.array([one.is_visible for one in seen], dtype=np.bool_),
+        visible_share=np.array([one.places.share for one in seen]),
         place_target=of_target,
         place_range=place_distance,
         place_range_rate=place_rate,
@@ -131,11 +120,11 @@ def _as_seen(
     return distance, rate, azimuth, elevation
 
 
-def _actor(scene: Scene, name: str) -> Actor:
-    for actor in scene.actors:
-        if actor.name == name:
-            return actor
-    known = ", ".join(actor.name for actor in scene.actors)
+def _parts_of(scene: Scene, name: str) -> tuple[Actor, ...]:
+    """The actors of which a target consists: one, or a tractor and its trailer."""
+    if parts := scene.parts_of(name):
+        return parts
+    known = ", ".join(dict.fromkeys(actor.whole for actor in scene.actors))
     raise InputError(f"there is no actor '{name}'; the scene has {known}")
 
 
@@ -195,25 +184,66 @@ def _points_of(actor: Actor, eye: FloatArray, time: float) -> tuple[FloatArray, 
 class _Places(NamedTuple):
     """Visible places on a body, m, and their velocities, m/s, in the world: ``(place, xyz)``.
 
-    ``share`` is that of the surface towards the radar which is visible, by its solid angle.
+    ``share`` is that of the surface towards the radar which is visible, by its solid angle, which
+    is ``size`` in all, sr; of points, it is that of their number, ``size``.
     """
 
     point: FloatArray
     velocity: FloatArray
     share: float
+    size: float
 
 
-_NO_PLACES: Final = _Places(np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
+_NO_PLACES: Final = _Places(np.zeros((0, 3)), np.zeros((0, 3)), 0.0, 0.0)
 
 
-def _with_others(
-    actor: Actor, nearest: FloatArray, others: _Places
-) -> tuple[FloatArray, FloatArray]:
-    """Places and velocities of ``others``, preceded by the nearest point with the body's own."""
-    return (
-        np.concatenate([nearest[None], others.point]),
-        np.concatenate([actor.velocity_at(nearest[None]), others.velocity]),
+def _joined(several: Sequence[_Places]) -> _Places:
+    """Visible places on several bodies."""
+    size = sum(some.size for some in several)
+    return _Places(
+        np.concatenate([some.point for some in several]),
+        np.concatenate([some.velocity for some in several]),
+        sum(some.share * some.size for some in several) / max(size, 1e-300),
+        size,
     )
+
+
+class _Seen(NamedTuple):
+    """A target as a radar sees it.
+
+    It has the nearest visible point, m, or the nearest one if all are hidden, with its velocity,
+    m/s, ``(xyz,)``, and the visible ``places``.
+    """
+
+    nearest: FloatArray
+    velocity: FloatArray
+    is_visible: bool
+    places: _Places
+
+    @property
+    def all_places(self) -> tuple[FloatArray, FloatArray]:
+        """Visible places and their velocities, the nearest one first."""
+        if not self.is_visible:
+            return self.places.point, self.places.velocity
+        return (
+            np.concatenate([self.nearest[None], self.places.point]),
+            np.concatenate([self.velocity[None], self.places.velocity]),
+        )
+
+
+def _seen(world: "World | None", parts: Sequence[Actor], eye: FloatArray, time: float) -> _Seen:
+    """A target that consists of some actors, as a radar at ``eye`` sees it."""
+    several = []
+    for actor in parts:
+        nearest, is_visible = _nearest_visible(world, actor, eye, time)
+        # a part that is all hidden counts in the visible share of the whole
+        is_searched = is_visible or len(parts) > 1
+        places = _visible_places(world, actor, eye, time) if is_searched else _NO_PLACES
+        several.append(_Seen(nearest, actor.velocity_at(nearest), is_visible, places))
+    first = min(several, key=lambda one: (not one.is_visible, np.linalg.norm(one.nearest - eye)))
+    if len(several) == 1:
+        return first
+    return first._replace(places=_joined([one.places for one in several]))
 
 
 def _visible_places(world: "World | None", actor: Actor, eye: FloatArray, time: float) -> _Places:
@@ -228,7 +258,8 @@ def _visible_places(world: "World | None", actor: Actor, eye: FloatArray, time: 
     if not len(corners):
         points, velocity = _points_of(actor, eye, time)
         seen = _are_visible(world, points, eye)
-        return _Places(points[seen], velocity[seen], float(np.mean(seen)) if seen.size else 0.0)
+        share = float(np.mean(seen)) if seen.size else 0.0
+        return _Places(points[seen], velocity[seen], share, float(seen.size))
     place = actor.pose.to_inner(eye)
     is_front = closest_points(corners, place)[1]
     if np.any(is_front):
@@ -243,7 +274,8 @@ def _visible_places(world: "World | None", actor: Actor, eye: FloatArray, time: 
     seen = _are_visible(world, places, eye)
     filled = np.bincount(cube_of.ravel(), _solid_angles(pieces, place))
     velocity = actor.velocity_at(places[seen])
-    return _Places(places[seen], velocity, float(filled[seen].sum() / filled.sum()))
+    size = float(filled.sum())
+    return _Places(places[seen], velocity, float(filled[seen].sum() / size), size)
 
 
 def _solid_angles(corners: FloatArray, eye: FloatArray) -> FloatArray:

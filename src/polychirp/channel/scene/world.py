@@ -365,7 +365,11 @@ class World:
 
     def acceleration_at(self, body: int | IntArray, point: FloatArray) -> FloatArray:
         """Acceleration of the matter of bodies at places in the world, m/s² ``(…, xyz)``."""
-        return turned_at_rate(self.yaw_rate[body], self.velocity_at(body, point))
+        steady = turned_at_rate(self.yaw_rate[body], self.velocity_at(body, point))
+        if not self.scene.towed:
+            return steady
+        actor = np.broadcast_to(self.body[body], steady.shape[:-1])
+        return self.scene.motion_at(actor, np.broadcast_to(point, steady.shape))[1]
 
     def bodies_of(self, actor: int) -> IntArray:
         """Numbers of the bodies of ``actor``: one or none."""

@@ -50,7 +50,7 @@ def street_plan(scene: Scene) -> Drawing:
             solids = actor.movement.parts_at(scene.time).ellipsoids
             world = actor.pose.to_outer(solids.centre)
             axes.plot(world[:, 0], world[:, 1], ".", color=INK, markersize=4)
-        if actor.kind == "vehicle":
+        if actor.kind == "vehicle" and not actor.part_of:
             _draw_name(axes, actor, scene)
     reach = LANE_WIDTH + ROADSIDE_WIDTH
     ends = (-reach - LABEL_BAND, reach + LABEL_BAND)
