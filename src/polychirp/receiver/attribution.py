@@ -1,8 +1,10 @@
 """Attribution of detections and floor to echo, interference and noise, through linear steps."""
 
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
@@ -18,14 +20,20 @@ from polychirp.receiver.coherent.parts import PartPowers
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.receiver.selection import FrameReceiver
 from polychirp.receiver.signal_model.point_signal import (
+    beat_frequency,
     beat_phase,
     hann_weights,
     matched_amplitudes,
 )
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
 from polychirp.receiver.stepped.chain import MfskReceiver, in_sequences, noise_of_sequences
+
+NOISE_BINS: Final = 129
+"""Number of bins, half a resolution cell apart, over which the noise about a beat is averaged.
+Chosen: with four channels, the noise of two ramps is then known to a quarter of a decibel."""
 
 
 def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, PartPowers]:
@@ -87,10 +95,11 @@ def part_amplitudes(
 
     The mitigation that was chosen for the whole frame is applied to each part. The part is then
     steered to the detection's direction and matched to a point of its range and range rate on every
-    ramp. These steps are linear, so that the amplitudes of all parts add up to that of the frame.
+    ramp, with the receiver's taper along the ramp. These steps are linear, so that the amplitudes
+    of all parts add up to that of the frame.
     """
     cleaned = mitigated(receiver.mitigation, frame)
-    weight = hann_weights(cleaned.weight)
+    weight = _tapered(receiver, cleaned.weight)
     motion = np.stack(
         [detections.range, detections.range_rate, np.zeros(detections.num_detections)], axis=-1
     )
@@ -106,17 +115,50 @@ def part_amplitudes(
     return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
 
 
+def _tapered(receiver: FrameReceiver, present: FloatArray) -> FloatArray:
+    """Weights of samples ``(ramp, fast)``, those left by mitigation times the receiver's taper."""
+    if isinstance(receiver, RangeDoppler):
+        return present * taper(present.shape[1])
+    return hann_weights(present)
+
+
+def _noise_powers(
+    receiver: FrameReceiver, frame: IfFrame, noise: ComplexArray, cells: Detections
+) -> FloatArray:
+    """Expected noise power of `part_amplitudes` in cells, W ``(cell, ramp)``.
+
+    It is the mean over channels and `NOISE_BINS` bins of the spectra about the beat: in the cell
+    alone, one draw of noise would stand for its power.
+    """
+    cleaned = mitigated(receiver.mitigation, frame)
+    weight, times = _tapered(receiver, cleaned.weight), frame.times
+    size = spectrum_size(times)
+    power = power_spectra(cleaned.repair(noise), weight, size).mean(axis=0)
+    near = uniform_filter1d(power, min(NOISE_BINS, size), axis=1, mode="wrap")
+    beat = beat_frequency(
+        frame.schedule,
+        times,
+        distance=cells.range,
+        range_rate=cells.range_rate,
+        time=cells.time,
+    )
+    number = np.rint(beat / times.rate * size).astype(np.int64) % size
+    scale = np.sum(weight**2, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-300) ** 2
+    return np.asarray(near[np.arange(len(near)), number] * scale)
+
+
 def target_levels(
     receiver: FrameReceiver, frame: IfFrame, parts: IfParts, truth: Truth
 ) -> TargetLevels:
-    r"""Echo and interference over noise that a matched filter finds at each true target.
+    r"""Echo and interference over noise that the receiver's filter finds at each true target.
 
-    With the amplitudes :math:`e_k`, :math:`i_k` and :math:`n_k` of `part_amplitudes` on ramp k, of
-    echo and multipath, of noise, and of all other parts, the filter matched to the echo's own
-    phases over the frame gives
+    With the amplitudes :math:`e_k` and :math:`i_k` of `part_amplitudes` on ramp k, of echo and
+    multipath and of all other parts but noise, the expected power :math:`N` of the noise, and the
+    receiver's taper :math:`w_k` over the ramps (`RangeDoppler`; 1 for others), the filter matched
+    to the echo's own phases over the frame gives
 
-    .. math:: \mathrm{SNR} = \frac{\sum_k |e_k|^2}{\overline{|n_k|^2}},\qquad
-              \mathrm{INR} = \frac{|\sum_k e_k^* i_k|^2}{\sum_k |e_k|^2\;\overline{|n_k|^2}}.
+    .. math:: \mathrm{SNR} = \frac{(\sum_k w_k |e_k|^2)^2}{\sum_k w_k^2 |e_k|^2\;N},\qquad
+              \mathrm{INR} = \frac{|\sum_k w_k e_k^* i_k|^2}{\sum_k w_k^2 |e_k|^2\;N}.
 
     So all ramps and channels add up coherently, also if the receiver does not add them so. Parts
     are those after the receiver's mitigation. A target without echo has zeros. The receiver of MFSK
@@ -140,14 +182,17 @@ def target_levels(
     is_own, is_noise = np.isin(name, ("echo", "multipath")), name == "noise"
     echo = amplitude[:, is_own].sum(axis=1)
     rest = amplitude[:, ~is_own & ~is_noise].sum(axis=1)
-    noise_power = np.abs(amplitude[:, is_noise].sum(axis=1)) ** 2
-    noise = np.mean(noise_power, axis=1)
-    if isinstance(receiver, MfskReceiver):
+    noise_power = _noise_powers(receiver, frame, parts.noise, cells)
+    noise, along = np.mean(noise_power, axis=1), np.ones(frame.schedule.num_ramps)
+    if isinstance(receiver, RangeDoppler):
+        along = receiver.ramp_taper(frame.schedule)
+    elif isinstance(receiver, MfskReceiver):
         echo, rest, noise = in_sequences(echo), in_sequences(rest), noise_of_sequences(noise_power)
-    energy = np.sum(np.abs(echo) ** 2, axis=1)
-    added = np.abs(np.sum(echo.conj() * rest, axis=1)) ** 2
-    floor = np.maximum(noise, 1e-300)
-    return TargetLevels(snr=energy / floor, inr=added / np.maximum(energy * floor, 1e-300))
+        along = np.ones(echo.shape[1])
+    energy = np.abs(echo) ** 2
+    signal, added = energy @ along, np.abs(np.sum(along * echo.conj() * rest, axis=1)) ** 2
+    floor = np.maximum(energy @ along**2 * noise, 1e-300)
+    return TargetLevels(snr=signal**2 / floor, inr=added / floor)
 
 
 def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float:

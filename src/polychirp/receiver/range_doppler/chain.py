@@ -249,16 +249,31 @@ class RangeDoppler(DetectorSettings):
         return found.chosen(is_kept)
 
     def combined_power(self, amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
-        """Power, W, of amplitudes ``(…, ramp)`` that add up in phase over the blocks of a code.
+        """Power, W, of amplitudes ``(…, ramp)``, tapered and added in phase over a code's blocks.
 
-        In subframes, the power is the mean over the subframes.
+        This is what the map has in the cell of these amplitudes. In subframes, the power is the
+        mean over the subframes.
         """
         if has_subframes(schedule):
             parts = subframes(schedule)
             each = [self.combined_power(amplitude[..., k], ramps_of(schedule, k)) for k in parts]
             return np.asarray(np.mean(each, axis=0))
         ramps = code_blocks(schedule).ramps[:, :, 0]
-        return np.asarray(np.mean(np.abs(np.mean(amplitude[..., ramps], axis=-2)) ** 2, axis=-1))
+        along = taper(len(ramps))[:, None]
+        return np.asarray(
+            np.mean(np.abs(np.sum(along * amplitude[..., ramps], axis=-2)) ** 2, axis=-1)
+        )
+
+    def ramp_taper(self, schedule: RampSchedule) -> FloatArray:
+        """Weight of every ramp in a cell of the map, with a mean of 1, ``(ramp,)``."""
+        weight = np.zeros(schedule.num_ramps)
+        if has_subframes(schedule):
+            for some in subframes(schedule):
+                weight[some] = self.ramp_taper(ramps_of(schedule, some))
+            return weight
+        ramps = code_blocks(schedule).ramps[:, :, 0]
+        weight[ramps] = len(ramps) * taper(len(ramps))[:, None]
+        return weight
 
 
 def _tapered_mean(weight: FloatArray, blocks: CodeBlocks) -> float:

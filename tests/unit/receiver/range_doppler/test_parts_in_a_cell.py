@@ -1,0 +1,137 @@
+"""Parts of the samples in a cell of the range-Doppler map, and the ratios of a target there.
+
+The map itself is the twin: each part alone is transformed as the receiver transforms the frame.
+"""
+
+import numpy as np
+import pytest
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.if_frame import PARTS, IfParts
+from polychirp.model.truth import Truth
+from polychirp.receiver.attribution import detected, target_levels
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.transforms import taper
+from polychirp.rng import Streams
+from polychirp.units import to_db
+from polychirp.waveform import Sawtooth, Triangular
+from tests.support.points import HandPoint, frame_of
+
+CHIRPS = Sawtooth(start_frequency=77e9, bandwidth=300e6, ramp_duration=200e-6)
+RECEIVER = RangeDoppler(greatest_range=60.0)
+
+
+def schedule_of(num_sweeps=128):
+    return CHIRPS.schedule(num_sweeps=num_sweeps, streams=Streams(seed=1))
+
+
+def frame_with(schedule, *, echo, direct=(), seed=3):
+    """A frame of an echo, of a direct signal and of noise, and its parts."""
+    several = [
+        frame_of(schedule, points, noise=0.0, seed=n).samples
+        for n, points in enumerate((list(echo), list(direct)))
+    ]
+    noise = frame_of(schedule, [], seed=seed)
+    samples = np.stack([*several, noise.samples])
+    parts = IfParts(samples=samples, names=("echo", "direct", "noise"))
+    return noise.with_samples(samples.sum(axis=0)), parts
+
+
+def truth_at(frame, *, range, range_rate, azimuth=0.0):
+    middle = 0.5 * (frame.schedule.start_time[0] + frame.schedule.end_time[-1])
+    away = range + range_rate * (middle - frame.schedule.start_time[0])
+    return Truth(
+        time=float(middle),
+        name=("car",),
+        range=[away],
+        range_rate=[range_rate],
+        azimuth=[azimuth],
+        elevation=[0.0],
+        point=np.zeros((1, 3)),
+        is_visible=[True],
+    )
+
+
+def rate_cell(schedule):
+    interval = np.diff(schedule.start_time)[0]
+    return SPEED_OF_LIGHT / (2 * 77.15e9 * interval * schedule.num_ramps)
+
+
+@pytest.mark.parametrize("cells_off", [6.5, 11.5, 23.5, -17.5])
+def test_a_stronger_signal_some_cells_of_range_rate_away_is_no_cause(cells_off):
+    """The receiver's taper has it 51 dB down there, a plain mean over the ramps some 27 dB."""
+    schedule = schedule_of()
+    aside = cells_off * rate_cell(schedule)
+    frame, parts = frame_with(
+        schedule,
+        echo=[HandPoint(range=20.0, range_rate=1.0, power=0.1)],
+        direct=[HandPoint(range=20.0, range_rate=1.0 + aside, power=300.0)],
+    )
+    found, powers = detected(RECEIVER, frame, parts)
+    n = np.argmin(np.abs(found.range_rate - 1.0) + np.abs(found.range - 20.0))
+    assert found.range_rate[n] == pytest.approx(1.0, abs=0.1)
+    assert PARTS[np.argmax(powers[n])] == "echo"
+
+
+@pytest.mark.parametrize("cells_off", [1.0, 2.5, 6.5, 14.2])
+def test_the_power_of_a_part_is_that_of_its_own_map(cells_off):
+    """At a cell's middle, so that both are of the same place."""
+    schedule = schedule_of()
+    cell, blank = rate_cell(schedule), frame_of(schedule, [], noise=1e-6)
+    rate = 8 * cell
+    frame, parts = frame_with(
+        schedule,
+        echo=[HandPoint(range=20.0, range_rate=rate, power=1.0)],
+        direct=[HandPoint(range=20.0, range_rate=rate + cells_off * cell, power=1.0)],
+    )
+    found, powers = detected(RECEIVER, frame, parts)
+    n = np.argmin(np.abs(found.range_rate - rate) + np.abs(found.range - 20.0))
+    alone = RECEIVER.spectra(blank.with_samples(parts["direct"]))
+    row = np.argmin(np.abs(alone.range_rate - found.range_rate[n]))
+    column = np.argmin(np.abs(alone.range - found.range[n]))
+    near = (slice(None), slice(row - 1, row + 2), slice(column - 1, column + 2))
+    of_map = np.sum(np.abs(alone.amplitude[near]) ** 2, axis=0)
+    power = powers[n, PARTS.index("direct")]
+    assert 0.3 * of_map.min() < power < 2.0 * of_map.max()
+
+
+def test_interference_beside_a_targets_range_rate_is_no_interference_in_its_cell():
+    """As strong as the target, 10.5 cells away: −51 dB of its power at most, below the noise."""
+    schedule = schedule_of()
+    frame, parts = frame_with(
+        schedule,
+        echo=[HandPoint(range=20.0, range_rate=1.0, power=0.1)],
+        direct=[HandPoint(range=20.0, range_rate=1.0 + 10.5 * rate_cell(schedule), power=0.1)],
+    )
+    levels = target_levels(RECEIVER, frame, parts, truth_at(frame, range=20.0, range_rate=1.0))
+    assert to_db(levels.snr[0]) == pytest.approx(35.7, abs=0.6)
+    assert levels.inr[0] < 0.3
+
+
+def test_the_ratio_to_noise_is_that_of_the_map():
+    """With both tapers: the sum of the weights squared over the sum of their squares."""
+    schedule = schedule_of()
+    echo = HandPoint(range=20.0, range_rate=1.0, power=0.01)
+    frame, parts = frame_with(schedule, echo=[echo])
+    levels = target_levels(RECEIVER, frame, parts, truth_at(frame, range=20.0, range_rate=1.0))
+    fast, slow = taper(frame.times.most_samples), taper(schedule.num_ramps)
+    expected = 4 * 0.01 / (np.sum(fast**2) * np.sum(slow**2))
+    assert to_db(levels.snr[0]) == pytest.approx(to_db(expected), abs=0.3)
+    # the map has the power of each of four channels over the noise of one
+    found = RECEIVER.detect(frame)
+    assert to_db(levels.snr[0]) == pytest.approx(to_db(4 * found.snr[0]), abs=1.5)
+
+
+@pytest.mark.parametrize("num_sweeps", [1, 2])
+@pytest.mark.parametrize("seed", range(8))
+def test_the_ratio_to_noise_is_no_draw_of_the_noise(seed, num_sweeps):
+    """A few ramps are enough: their noise is averaged over cells about the target's."""
+    schedule = Triangular().schedule(num_sweeps=num_sweeps, streams=Streams(seed=1))
+    echo = HandPoint(range=9.0, power=1.0)
+    frame, parts = frame_with(schedule, echo=[echo], seed=100 + seed)
+    receiver = CoherentReceiver(greatest_range=12.0)
+    levels = target_levels(receiver, frame, parts, truth_at(frame, range=9.0, range_rate=0.0))
+    count = int(frame.times.is_sample.sum())
+    hann = 2.0 / 3.0  # (Σw)²/(N Σw²) of Hann's window
+    assert to_db(levels.snr[0]) == pytest.approx(to_db(4 * count * hann), abs=0.9)
