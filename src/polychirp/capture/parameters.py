@@ -107,11 +107,22 @@ class CaptureParameters(Spec):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise InputError(f"{name}: must be positive")
+        self._check_band()
         self._check_counts()
         self._check_axes()
         if self.channel_positions and self.first_receiver == "left":
             raise InputError("first_receiver: has no effect beside channel_positions; leave it out")
         _ = self.array  # raises if positions do not fit
+
+    def _check_band(self) -> None:
+        what, band = "sample rate", self.sample_rate
+        if self.sampling == "real":
+            what, band = "half of the sample rate", 0.5 * self.sample_rate
+        if self.highest_beat is not None and self.highest_beat > band:
+            raise InputError(
+                f"highest_beat: {self.highest_beat * 1e-6:.4g} MHz is more than {what}, "
+                f"{band * 1e-6:.4g} MHz, beyond which beats fold back; lower it"
+            )
 
     def _check_counts(self) -> None:
         if self.num_samples < 2:

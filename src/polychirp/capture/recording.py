@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
-from polychirp.capture.parameters import COMBINED_AXES, CaptureParameters
+from polychirp.capture.parameters import COMBINED_AXES, CaptureParameters, Sampling
 from polychirp.capture.zarr_file import ZarrArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
@@ -100,7 +100,8 @@ def from_array(
     Raises
     ------
     InputError
-        The array has another shape than the parameters say, or frames are missing.
+        The array has another shape than the parameters say, complex numbers instead of real ones or
+        the reverse, or frames are missing.
     """
     axes = parameters.axes
     expected = [parameters.lengths.get(axis) for axis in axes]
@@ -116,6 +117,7 @@ def from_array(
             f"{name}: the array has shape {_shown(array.shape)}, but its parameters say ({told}); "
             "correct axes or the numbers of ramps, samples, transmitters and receivers"
         )
+    _refuse_other_sampling(array, parameters, name)
     num_frames = array.shape[axes.index("frame")] if "frame" in axes else 1
     needed = frames_needed(num_frames, parameters, frames)
     if num_frames < needed:
@@ -130,6 +132,21 @@ def from_array(
         return _ordered(_signed(one) if parameters.stored_as == "unsigned" else one, parameters)
 
     return Recording(name=name, parameters=parameters, num_frames=num_frames, read=read)
+
+
+def _refuse_other_sampling(
+    array: NDArray[Any] | ZarrArray, parameters: CaptureParameters, name: str
+) -> None:
+    """Refuse real samples that are said to be complex, of which every target has a mirror image."""
+    there: Sampling = "complex" if array.dtype.kind == "c" else "real"
+    said = parameters.sampling
+    if there == said:
+        return
+    other = "" if there == "complex" else ", or save I and Q as complex numbers"
+    raise InputError(
+        f"{name}: holds {there} samples, but its parameters say sampling = '{said}'; "
+        f"set sampling = '{there}'{other}"
+    )
 
 
 def frames_needed(there: int, parameters: CaptureParameters, frames: Iterable[int] | None) -> int:

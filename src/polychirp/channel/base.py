@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -18,6 +18,21 @@ Capability = Literal[
     "diffraction", "transmission", "diffuse",
 ]  # fmt: skip
 """Mechanisms that a tracer may have; a study that needs one its tracer lacks is refused."""
+
+USUAL_FREQUENCY: Final = 79e9
+"""Frequency, Hz, at which tracers without a frequency evaluate amplitudes: the paper's."""
+
+
+class AtFrequency:
+    """A tracer that evaluates amplitudes at one ``frequency``, Hz, which may be left to a study."""
+
+    __slots__ = ()
+    frequency: float | None
+
+    @property
+    def carrier(self) -> float:
+        """The frequency, Hz; `USUAL_FREQUENCY` if it is None."""
+        return USUAL_FREQUENCY if self.frequency is None else self.frequency
 
 
 @runtime_checkable

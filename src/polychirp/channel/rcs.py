@@ -127,7 +127,7 @@ def cross_sections(
         some = slice(start, start + ASPECTS_PER_SCENE)
         echo[some] = _echoes(complete, mesh, centre + distance * toward[some])
     progress(azimuth.size, azimuth.size)
-    wavelength = SPEED_OF_LIGHT / tracer.frequency
+    wavelength = SPEED_OF_LIGHT / tracer.carrier
     return CrossSections(
         azimuth=azimuth,
         rcs=np.abs(echo) ** 2 * (4 * np.pi) ** 3 * distance**4 / wavelength**2,
@@ -169,7 +169,7 @@ def _echoes(tracer: Composite, mesh: Mesh, places: FloatArray) -> ComplexArray:
     world, own = tracer.prepare(scene), np.repeat(np.arange(len(radars))[:, None], 2, axis=1)
     nothing_known = np.zeros((len(radars), len(radars)))
     paths = gather([part.trace(world, own, nothing_known) for part in tracer.parts(world)])
-    turn = np.exp(-2j * np.pi * tracer.frequency * paths.delay)
+    turn = np.exp(-2j * np.pi * tracer.carrier * paths.delay)
     echo = np.zeros((len(radars), 2, 2), dtype=np.complex128)
     np.add.at(echo, paths.transmitter, paths.transfer * turn[:, None, None])
     return echo

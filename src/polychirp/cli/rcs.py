@@ -110,7 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
     folder = usable_folder(arguments.out or Path("out") / f"rcs-{Path(arguments.mesh).stem}")
     mesh = _mesh(arguments, smallest=SMALLEST_BODY * SPEED_OF_LIGHT / frequency)
     if arguments.far:
-        distance = far_distance(mesh, tracer.frequency)
+        distance = far_distance(mesh, tracer.carrier)
     count = num_aspects(step)
     with progress_bar("rcs") as show:
         compile_parts(parts_of_rcs(max_bounces=tracer.max_bounces), progress=show)

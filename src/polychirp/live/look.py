@@ -22,7 +22,7 @@ from polychirp.rng import Streams
 from polychirp.study.check import check
 from polychirp.study.ghost_radars import Interference
 from polychirp.study.kernel_parts import compile_parts, parts_of
-from polychirp.study.spec import Study, scene_of, schedules_of, target_names
+from polychirp.study.spec import Study, scene_of, schedules_of, target_names, tracer_of
 from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
@@ -70,7 +70,7 @@ def look_at(study: Study, *, progress: Progress = no_progress) -> Look:
     begin = time.perf_counter()
     scene, schedules = scene_of(study), schedules_of(study)
     snapshots = trace_frame(
-        study.tracer,
+        tracer_of(study),
         scene,
         schedules[:1],
         refresh_interval=study.refresh_interval,

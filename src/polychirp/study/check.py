@@ -59,6 +59,7 @@ from polychirp.study.spec import (
     schedule_of,
     schedules_of,
     target_names,
+    tracer_of,
     victim_indices,
 )
 from polychirp.study.target_limits import targets_out_of_reach
@@ -66,6 +67,9 @@ from polychirp.synthesis.impairments.high_pass import refuse_unfollowed
 
 Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
+
+CARRIERS: Final = (10e9, 300e9)
+"""Least and greatest carrier, Hz, without a warning; chosen."""
 
 GREATEST_GUARD: Final = 0.1
 """Greatest guard of a mitigation, as a share of the shortest ramp, without a warning. Chosen: with
@@ -235,6 +239,7 @@ def check(study: Study) -> Derived:
         if radar.converter.is_real:
             refuse_real_samples(study.receiver, schedules[number], radar=radar.name)
             _warn_of_folded_beats(radar, radars[number])
+    _warn_of_carriers(study, schedules)
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
     _warn_of_ambiguity(study, schedules)
@@ -257,6 +262,20 @@ def check(study: Study) -> Derived:
             for victim in victims
         ),
     )
+
+
+def _warn_of_carriers(study: Study, schedules: Sequence[RampSchedule]) -> None:
+    """Warn of a carrier far from those of automotive radars, such as 77 MHz instead of GHz."""
+    least, most = CARRIERS
+    for radar, schedule in zip(study.radars, schedules, strict=True):
+        carrier = float(np.mean(schedule.centre_frequency))
+        if not least <= carrier <= most:
+            warnings.warn(
+                f"'{radar.name}' transmits at {1e-9 * carrier:.3g} GHz, and radars on the road at "
+                "24 to 81 GHz; check the unit of its start_frequency",
+                ModelWarning,
+                stacklevel=3,
+            )
 
 
 def _warn_of_targets_without_echo(study: Study) -> None:
@@ -433,8 +452,9 @@ def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
             refuse_radar_inside_body(replace(scene, radars=(radar,), carriers=(carrier,)))
         except InputError as error:
             yield f"radars.{number}.mount", str(error)
-    if isinstance(study.tracer, Composite | PointVehicles | SionnaRt):
-        yield from _material_problems(scene, study.tracer)
+    tracer = tracer_of(study)
+    if isinstance(tracer, Composite | PointVehicles | SionnaRt):
+        yield from _material_problems(scene, tracer)
 
 
 def _material_problems(
@@ -444,7 +464,7 @@ def _material_problems(
     for actor in scene.actors:
         names = {*actor.mesh.materials, *(plate.material for plate in actor.plates)}
         try:
-            check_materials(names, table, tracer.frequency)
+            check_materials(names, table, tracer.carrier)
         except InputError as error:
             yield "street", f"'{actor.name}' cannot be traced: {error}"
 

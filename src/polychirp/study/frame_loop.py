@@ -17,7 +17,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.rng import Streams
 from polychirp.study.recent_results import RecentResults, recalled
-from polychirp.study.spec import Study, first_turn, schedule_in_turn
+from polychirp.study.spec import Study, first_turn, schedule_in_turn, tracer_of
 from polychirp.synthesis.links.interference_levels import (
     ReceivedPaths,
     band_of,
@@ -72,11 +72,13 @@ def last_frame(
     """
     times = tuple(frame_begin(rule, number) for number in range(rule.num_frames))
 
+    tracer = tracer_of(study)
+
     def traced() -> tuple[ReceivedPaths, ...]:
         moments = [scene.at(time) for time in times]
-        return tuple(received_paths(one, study.tracer.trace(one)) for one in moments)
+        return tuple(received_paths(one, tracer.trace(one)) for one in moments)
 
-    makers = ("frames", study.tracer, scene, times)
+    makers = ("frames", tracer, scene, times)
     known = recalled(traces, makers, traced)
     turns = [first_turn(study, radar) for radar in study.radars]
     rows: list[tuple[tuple[RampSchedule, ...], list[Heard]]] = []

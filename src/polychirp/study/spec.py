@@ -1,5 +1,6 @@
 """`Study`: a whole experiment as one frozen value; its scene, ramp schedules and targets."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Final
@@ -7,6 +8,7 @@ from typing import Annotated, Final
 import numpy as np
 
 from polychirp.axes import FloatArray
+from polychirp.channel.base import AtFrequency
 from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
@@ -149,6 +151,27 @@ class Study(Spec):
     refresh_interval: Seconds = 1e-3
     least_traced_time: Seconds = 0.0
     receiver: AnyReceiver = field(default_factory=AutoReceiver)
+
+
+def tracer_of(study: Study) -> AnyTracer:
+    """The study's tracer; without a frequency of its own, at that of the study's radars.
+
+    This is the mean of their centre frequencies, rounded to a whole GHz, so that drawn ramps of the
+    same band share their paths: powers are then wrong by 0.07 dB at most at 76 GHz. Up to 0.55 GHz
+    are rounded down: radars from 79 to 80 GHz have 79 GHz.
+
+    >>> from polychirp.waveform import Sawtooth
+    >>> radar = StudyRadar(name="r", vehicle="car", waveform=Sawtooth(start_frequency=76.1e9))
+    >>> tracer_of(Study(name="s", street=Street(), radars=(radar,))).frequency
+    76000000000.0
+    """
+    tracer = study.tracer
+    if not isinstance(tracer, AtFrequency) or tracer.frequency is not None or not study.radars:
+        return tracer
+    centre = [float(np.mean(one.centre_frequency)) for one in schedules_of(study)]
+    mean = float(np.mean(centre))
+    whole = math.floor(mean / 1e9 + 0.45)
+    return replace(tracer, frequency=1e9 * whole if whole else mean)
 
 
 def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:

@@ -56,6 +56,7 @@ from polychirp.study.spec import (
     scene_of,
     schedules_of,
     target_names,
+    tracer_of,
     victim_indices,
 )
 from polychirp.synthesis.impairments.oscillator_errors import Oscillating
@@ -153,8 +154,9 @@ def run_trial(
         least=study.least_traced_time,
     )
     street = as_traced(scene)
-    trace = partial(_traced, study.tracer, street, times, receivers=victims, progress=progress)
-    makers = (study.tracer, street, times, victims)
+    tracer = tracer_of(study)
+    trace = partial(_traced, tracer, street, times, receivers=victims, progress=progress)
+    makers = (tracer, street, times, victims)
     snapshots = recalled(traces, makers, trace)
 
     def simulated(victim: int) -> VictimResult:

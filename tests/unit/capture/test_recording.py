@@ -88,14 +88,35 @@ def test_signed_words_stored_as_unsigned_are_themselves_again():
 def test_conjugate_left_and_full_scale_do_what_they_say():
     stored = words(1, 6, 3, 8)
     plain = from_array(stored, PARAMETERS, name="x").frame(0).samples
-    for change, expected in (
-        ({"conjugate": True}, plain.conj()),
-        ({"first_receiver": "left"}, plain[::-1]),
-        ({"full_scale": 32768.0}, plain / 32768.0),
-        ({"sampling": "real"}, 2.0 * plain.real),
+    for change, there, expected in (
+        ({"conjugate": True}, stored, plain.conj()),
+        ({"first_receiver": "left"}, stored, plain[::-1]),
+        ({"full_scale": 32768.0}, stored, plain / 32768.0),
+        ({"sampling": "real"}, stored.real, 2.0 * plain.real),
     ):
-        read = from_array(stored, replace(PARAMETERS, **change), name="x").frame(0)
+        read = from_array(there, replace(PARAMETERS, **change), name="x").frame(0)
         np.testing.assert_array_equal(read.samples, expected)
+
+
+@pytest.mark.parametrize("dtype", [np.int16, np.float32])
+def test_real_samples_are_not_read_as_complex_ones(dtype):
+    """Every target would have a mirror image, as strong as itself, on the other side of zero."""
+    there = words(1, 6, 3, 8).real.astype(dtype)
+    with pytest.raises(InputError, match=r"x: holds real samples.*set sampling = 'real', or save I"):
+        from_array(there, PARAMETERS, name="x")
+    assert from_array(there, replace(PARAMETERS, sampling="real"), name="x").num_frames == 1
+
+
+def test_complex_samples_are_not_read_as_real_ones():
+    with pytest.raises(InputError, match=r"x: holds complex samples.*set sampling = 'complex'$"):
+        from_array(words(1, 6, 3, 8), replace(PARAMETERS, sampling="real"), name="x")
+
+
+@pytest.mark.parametrize(("sampling", "limit"), [("complex", 1e6), ("real", 0.5e6)])
+def test_a_pass_band_ends_where_beats_fold_back(sampling, limit):
+    with pytest.raises(InputError, match=r"highest_beat: .* MHz is more than .*sample rate"):
+        replace(PARAMETERS, sampling=sampling, highest_beat=1.01 * limit)
+    assert replace(PARAMETERS, sampling=sampling, highest_beat=limit).highest_beat == limit
 
 
 def test_an_array_of_another_shape_is_refused_with_both_shapes():

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from polychirp.channel.base import Capability, gather, without_weak
+from polychirp.channel.base import AtFrequency, Capability, gather, without_weak
 from polychirp.channel.materials.library import NamedMaterial, material_table
 from polychirp.channel.point_vehicles.scattering_points import VehicleModel
 from polychirp.errors import InputError
@@ -14,7 +14,7 @@ from polychirp.units import Hertz, Metres, Ratio, from_db
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PointVehicles(Spec):
+class PointVehicles(AtFrequency, Spec):
     """Line of sight, mirrors in road and walls, and vehicles as boxes with a few points.
 
     Points of a street and moving parts of people and bicycles echo as well.
@@ -39,7 +39,8 @@ class PointVehicles(Spec):
 
     Parameters
     ----------
-    frequency : Hz, at which amplitudes and materials are evaluated
+    frequency : Hz, at which amplitudes and materials are evaluated; None: at that of
+        the study's radars (`study.spec.tracer_of`), and at 79 GHz without a study
     dynamic_range : power ratio by which a path may be weaker than the strongest path of its
         transmitter and receiver, weighted with the gains of their antennas' elements
     max_length : m, of the longest path that is traced, from transmitter to receiver
@@ -63,7 +64,7 @@ class PointVehicles(Spec):
     1
     """
 
-    frequency: Hertz = 79e9
+    frequency: Hertz | None = None
     dynamic_range: Ratio = from_db(60.0)
     max_length: Metres = 300.0
     model: VehicleModel = "tables"
@@ -73,8 +74,8 @@ class PointVehicles(Spec):
     kind: Literal["point-vehicles"] = "point-vehicles"
 
     def __post_init__(self) -> None:
-        if not self.frequency > 0:
-            raise InputError(f"frequency is {self.frequency:g} Hz; choose more than 0 Hz")
+        if not self.carrier > 0:
+            raise InputError(f"frequency is {self.carrier:g} Hz; choose more than 0 Hz")
         if not self.dynamic_range >= 1:
             raise InputError(
                 f"dynamic_range is a ratio of {self.dynamic_range:g}; choose 1 (0 dB) or more"
@@ -107,7 +108,7 @@ class PointVehicles(Spec):
 
         street = prepared(
             scene,
-            frequency=self.frequency,
+            frequency=self.carrier,
             dynamic_range=self.dynamic_range,
             max_length=self.max_length,
             table=material_table({row.name: row for row in self.materials}),

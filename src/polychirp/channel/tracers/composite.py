@@ -9,6 +9,7 @@ import numpy as np
 
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.base import (
+    AtFrequency,
     Capability,
     Part,
     all_pairs,
@@ -49,7 +50,7 @@ LEAST_MOTION_ERROR: Final = from_db(-60.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Composite(Spec):
+class Composite(AtFrequency, Spec):
     """Every mechanism of the package, each for its own kind of path.
 
     The mechanisms are: line of sight, with diffraction at obstacles; point scatterers; moving parts
@@ -62,7 +63,8 @@ class Composite(Spec):
 
     Parameters
     ----------
-    frequency : Hz, at which amplitudes and materials are evaluated
+    frequency : Hz, at which amplitudes and materials are evaluated; None: at that of
+        the study's radars (`study.spec.tracer_of`), and at 79 GHz without a study
     dynamic_range : power ratio by which a path may be weaker than the strongest path of its
         transmitter and receiver, weighted with the gains of their antennas' elements
     reflecting_planes : true if road and walls mirror waves; they block waves in any case
@@ -99,7 +101,7 @@ class Composite(Spec):
     2
     """
 
-    frequency: Hertz = 79e9
+    frequency: Hertz | None = None
     dynamic_range: Ratio = from_db(60.0)
     reflecting_planes: bool = True
     max_bounces: int = 3
@@ -116,8 +118,8 @@ class Composite(Spec):
     kind: Literal["composite"] = "composite"
 
     def __post_init__(self) -> None:
-        if not self.frequency > 0:
-            raise InputError(f"frequency is {self.frequency:g} Hz; choose more than 0 Hz")
+        if not self.carrier > 0:
+            raise InputError(f"frequency is {self.carrier:g} Hz; choose more than 0 Hz")
         if not min(self.dynamic_range, self.diffuse_range) >= 1:
             raise InputError(
                 f"dynamic_range and diffuse_range are ratios of {self.dynamic_range:g} and "
@@ -164,7 +166,7 @@ class Composite(Spec):
 
         return world_of(
             scene,
-            frequency=self.frequency,
+            frequency=self.carrier,
             dynamic_range=self.dynamic_range,
             table=material_table({row.name: row for row in self.materials}),
             transmission=self.transmission,
@@ -283,7 +285,7 @@ class Composite(Spec):
         world, pairs = self.prepare(scene), all_pairs(scene, max_length=self.max_length)
         num_radars = len(scene.radars)
         strongest = np.zeros((num_radars, num_radars))
-        tables = [no_paths(scene, self.frequency)]
+        tables = [no_paths(scene, self.carrier)]
         for part in self.parts(world):
             found = part.trace(world, pairs, strongest)
             strongest = np.maximum(

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from polychirp.channel.base import Capability, all_pairs, gather
+from polychirp.channel.base import AtFrequency, Capability, all_pairs, gather
 from polychirp.channel.direct.line_of_sight import line_of_sight
 from polychirp.channel.direct.moving_parts import articulated_actors, part_echoes
 from polychirp.channel.direct.point_scatterers import point_echoes
@@ -14,7 +14,7 @@ from polychirp.units import Hertz
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FreeSpace(Spec):
+class FreeSpace(AtFrequency, Spec):
     """A world without surfaces, in which radars see each other and every point scatterer.
 
     They also see moving parts that the same body does not hide.
@@ -24,7 +24,8 @@ class FreeSpace(Spec):
 
     Parameters
     ----------
-    frequency : Hz, at which the amplitudes of all paths are evaluated
+    frequency : Hz, at which the amplitudes of all paths are evaluated; None: at that of
+        the study's radars (`study.spec.tracer_of`), and at 79 GHz without a study
 
     Examples
     --------
@@ -39,7 +40,7 @@ class FreeSpace(Spec):
     4216.25
     """
 
-    frequency: Hertz = 79e9
+    frequency: Hertz | None = None
     kind: Literal["free-space"] = "free-space"
 
     @property
@@ -51,13 +52,13 @@ class FreeSpace(Spec):
         """Direct paths between the radars of ``scene``, and echoes of its points, at its time."""
         pairs = all_pairs(scene)
         moving = [
-            part_echoes(scene, actor, frequency=self.frequency, pairs=pairs)
+            part_echoes(scene, actor, frequency=self.carrier, pairs=pairs)
             for actor in articulated_actors(scene)
         ]
         return gather(
             [
-                line_of_sight(scene, frequency=self.frequency, pairs=pairs),
-                point_echoes(scene, frequency=self.frequency, pairs=pairs),
+                line_of_sight(scene, frequency=self.carrier, pairs=pairs),
+                point_echoes(scene, frequency=self.carrier, pairs=pairs),
                 *moving,
             ]
         )

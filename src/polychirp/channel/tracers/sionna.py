@@ -28,7 +28,7 @@ from typing import Annotated, Any, Final, Literal, NamedTuple
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.channel.base import Capability, no_paths, without_weak
+from polychirp.channel.base import AtFrequency, Capability, no_paths, without_weak
 from polychirp.channel.materials.library import NamedMaterial, check_materials, material_table
 from polychirp.constants import SPEED_OF_LIGHT, VACUUM_PERMITTIVITY
 from polychirp.errors import CapabilityError, InputError, ModelWarning
@@ -189,7 +189,7 @@ def _installed_libraries() -> list[str]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SionnaRt(Spec):
+class SionnaRt(AtFrequency, Spec):
     """Sionna RT 2 on the CPU: line of sight, reflection, and transmission through sheets.
 
     This is an independent check of line of sight, roads, walls, Fresnel coefficients and Doppler,
@@ -212,7 +212,8 @@ class SionnaRt(Spec):
 
     Parameters
     ----------
-    frequency : Hz, at which amplitudes and materials are evaluated
+    frequency : Hz, at which amplitudes and materials are evaluated; None: at that of
+        the study's radars (`study.spec.tracer_of`), and at 79 GHz without a study
     dynamic_range : power ratio by which a path may be weaker than the strongest path of the same
         transmitter and receiver; the gains of their antennas' elements are included
     max_depth : greatest number of bounces of a path, transmissions included
@@ -228,7 +229,7 @@ class SionnaRt(Spec):
     ['diffraction', 'line-of-sight', 'occlusion', 'planes', 'transmission']
     """
 
-    frequency: Hertz = 79e9
+    frequency: Hertz | None = None
     dynamic_range: Ratio = from_db(60.0)
     max_depth: int = 3
     num_samples: Annotated[int, Between(greatest=1_000_000_000)] = 1_000_000
@@ -238,8 +239,8 @@ class SionnaRt(Spec):
     kind: Literal["sionna"] = "sionna"
 
     def __post_init__(self) -> None:
-        if not self.frequency > 0:
-            raise InputError(f"frequency is {self.frequency:g} Hz; choose more than 0 Hz")
+        if not self.carrier > 0:
+            raise InputError(f"frequency is {self.carrier:g} Hz; choose more than 0 Hz")
         if not self.dynamic_range >= 1:
             raise InputError(
                 f"dynamic_range is a ratio of {self.dynamic_range:g}; choose 1 (0 dB) or more"
@@ -276,19 +277,19 @@ class SionnaRt(Spec):
             The scene has bodies, or clouds.
         """
         table = material_table({row.name: row for row in self.materials})
-        every = _parts(scene, table, self.frequency)
+        every = _parts(scene, table, self.carrier)
         parts = [part for part in every if not table[part.material].is_cloud]
         _check(scene, parts, [part for part in every if table[part.material].is_cloud])
         rt = _sionna()
         if not scene.radars:
-            return no_paths(scene, self.frequency)
+            return no_paths(scene, self.carrier)
         origin = scene.radar_position.mean(axis=0)
         there, shapes = _sionna_scene(
             rt,
             scene,
             parts,
             table,
-            frequency=self.frequency,
+            frequency=self.carrier,
             origin=origin,
             diffraction=self.diffraction,
         )
@@ -301,7 +302,7 @@ class SionnaRt(Spec):
             seed=self.seed,
         )
         found = _found_paths(solved, shapes, origin)
-        paths = _table(scene, self.frequency, found, parts, table)
+        paths = _table(scene, self.carrier, found, parts, table)
         return without_weak(paths, scene, self.dynamic_range)
 
 

@@ -28,6 +28,7 @@ from polychirp.study.spec import (
     scene_of,
     schedules_of,
     target_names,
+    tracer_of,
     victim_indices,
 )
 from polychirp.study.trial import paths_at, trace_frame
@@ -203,7 +204,7 @@ def frame_of_study(study: Study, *, victim: int | None = None) -> StudyFrame:
     own = schedules[number]
     streams = Streams(study.seed)
     snapshots = trace_frame(
-        study.tracer,
+        tracer_of(study),
         scene,
         [own],
         refresh_interval=study.refresh_interval,

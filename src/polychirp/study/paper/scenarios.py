@@ -47,7 +47,7 @@ from polychirp.study.paper.results import (
 )
 from polychirp.study.provenance import versions
 from polychirp.study.section_v.cases import run_correlation
-from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of
+from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of, tracer_of
 from polychirp.study.trial import VictimResult, echoes_during, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
@@ -219,7 +219,7 @@ def run_paper(
     first = studies["conventional", True]
     scene = scene_of(first)
     snapshots = trace_frame(
-        first.tracer,
+        tracer_of(first),
         scene,
         [schedule for some in schedules.values() for schedule in some],
         refresh_interval=first.refresh_interval,
