@@ -177,7 +177,9 @@ class Unit:
         """SI value of ``text``, even out of bounds; raises `InputError` if it is no quantity."""
         if isinstance(text, bool) or not isinstance(text, str):
             raise InputError(f"{short(repr(text))} needs a unit; write it like '{self.example}'")
-        match = _QUANTITY.match(text) if len(text) <= _LONGEST_TEXT else None
+        # the Greek letter looks like the micro sign, which the readers have
+        usual = text.replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")
+        match = _QUANTITY.match(usual) if len(text) <= _LONGEST_TEXT else None
         reader = _READERS[self.symbol].get(match[2]) if match else None
         if match is None or reader is None:
             raise InputError(

@@ -36,7 +36,13 @@ def add_parser(subparsers: Any) -> None:
     )
     add_option(parser, "--frames", "N", 100, "number of frames")
     parser.add_argument("--seed", type=int, metavar="N", help="seed (default: the study's, or 1)")
-    parser.add_argument("--to", choices=("hdf5", "mat"), help="write the frames in this format too")
+    parser.add_argument(
+        "--to",
+        choices=("hdf5", "mat"),
+        action="append",
+        default=[],
+        help="write the frames in this format too; may be given twice",
+    )
     parser.add_argument("--out", metavar="DIR", help="folder (default: out/dataset-STUDY)")
     add_workers(parser)
 
@@ -68,14 +74,14 @@ def run(arguments: argparse.Namespace) -> int:
             f"'{arguments.study}' is neither a study file nor a preset; "
             f"{did_you_mean(arguments.study, PRESETS)}"
         )
-    if arguments.to:
-        refuse_export(arguments.to)
+    for form in arguments.to:
+        refuse_export(form)
     workers = num_workers(arguments)
     folder = usable_folder(arguments.out or Path("out") / f"dataset-{name.stem}")
     with progress_bar("dataset") as show:
         added = write_dataset(plan, folder, workers=workers, progress=show)
-    if arguments.to:
-        export_dataset(folder, to=arguments.to)
+    for form in dict.fromkeys(arguments.to):
+        export_dataset(folder, to=form)
     say(f"{added} frames written, {arguments.frames} in all")
     say(f"stored in {folder}, described in README.md there")
     return 0

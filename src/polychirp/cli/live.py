@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from importlib.util import find_spec
+from socket import SO_REUSEADDR, SOL_SOCKET, socket
 from typing import Any
 
 from polychirp.cli.progress import progress_bar
@@ -37,10 +38,21 @@ def run(arguments: argparse.Namespace) -> int:
             )
     from polychirp.live.page import HOST, serve
 
+    _refuse_used_port(HOST, arguments.port)
     _compile()
     say(f"the page is at http://{HOST}:{arguments.port}; stop it with Ctrl-C")
     serve(port=arguments.port, opens_browser=not arguments.no_browser)
     return 0
+
+
+def _refuse_used_port(host: str, port: int) -> None:
+    """Refuse a port at which another program listens, before the page is announced."""
+    with socket() as trial:
+        trial.setsockopt(SOL_SOCKET, SO_REUSEADDR, 1)
+        try:
+            trial.bind((host, port))
+        except OSError:
+            raise InputError(f"--port: {port} is in use by another program; name another") from None
 
 
 def _compile() -> None:

@@ -171,6 +171,8 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
             f"'{name}' is neither a mesh file ({', '.join(SUFFIXES)}) nor one of "
             f"{', '.join(BODIES)}"
         )
+    if not path.exists():
+        raise InputError(f"there is no mesh file '{name}'")
     is_stl = path.suffix.lower() == ".stl"
     if is_stl and arguments.material is None:
         raise InputError(f"'{name}' names no materials; name one, as in --material metal")

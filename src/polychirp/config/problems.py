@@ -10,6 +10,9 @@ from polychirp.spec import chosen_by_kind
 
 Place = tuple[str | int, ...]
 
+TABLES_OF_FILES: Final = ("defaults", "monte_carlo")
+"""Tables of a study file that are no fields of a `Study`, and are taken out before it is made."""
+
 
 def problems(errors: Iterable[Mapping[str, Any]], *, spec: type) -> list[tuple[Place, str]]:
     """Place and sentence of each of pydantic's errors about a ``spec``."""
@@ -91,7 +94,8 @@ def _value(error: Mapping[str, Any], owner: Any) -> str:
 
 
 def _unknown_key(error: Mapping[str, Any], owner: Any) -> str:
-    return f"unknown key; {did_you_mean(str(error['loc'][-1]), _keys(owner))}"
+    tables = TABLES_OF_FILES if len(error["loc"]) == 1 and "radars" in _keys(owner) else ()
+    return f"unknown key; {did_you_mean(str(error['loc'][-1]), [*_keys(owner), *tables])}"
 
 
 def _missing(error: Mapping[str, Any], owner: Any) -> str:

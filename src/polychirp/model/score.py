@@ -18,8 +18,8 @@ class Score:
     range_error, range_rate_error, azimuth_error, elevation_error : m, m/s, rad, rad, found minus
         true, ``(target,)``; zero also where ``is_detected`` is false, and NaN where the radar does
         not measure the angle
-    sinr : power ratio of the own echo to all other parts at the target's detection, ``(target,)``;
-        zero where ``is_detected`` is false
+    detection_sinr : power ratio of the own echo to all other parts at the target's detection,
+        ``(target,)``; zero where ``is_detected`` is false
     echo_snr : coherent SNR of each body's echo, its energy in all samples and channels over the
         noise power of a sample, ``(target,)``
     is_in_sight : true for a target that a receiver could find, ``(target,)`` (`scoring.sight`)
@@ -48,7 +48,7 @@ class Score:
     range_rate_error: PerTarget
     azimuth_error: PerTarget
     elevation_error: PerTarget
-    sinr: PerTarget
+    detection_sinr: PerTarget
     echo_snr: PerTarget
     is_in_sight: Annotated[BoolArray, Axes("target", dtype=bool)]
     snr: PerTarget

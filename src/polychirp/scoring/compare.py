@@ -58,7 +58,7 @@ def compare(
         range_rate_error=per_target(detections.range_rate[detection] - truth.range_rate[target]),
         azimuth_error=per_target(detections.azimuth[detection] - truth.azimuth[target]),
         elevation_error=per_target(detections.elevation[detection] - truth.elevation[target]),
-        sinr=per_target(_sinr(powers)[detection]),
+        detection_sinr=per_target(_sinr(powers)[detection]),
         echo_snr=echo_snr,
         is_in_sight=is_in_sight,
         snr=before.snr,

@@ -1,4 +1,4 @@
-"""Targets that a receiver cannot report, since they are too far away or too fast for it."""
+"""Targets that a receiver cannot report: they are too far away, too near or too fast for it."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ Body = Vehicle | Point | RoadUser
 
 
 def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
-    """A sentence for each target beyond every victim's range, or too fast for one of them.
+    """A sentence for each target out of every victim's range, or too fast for one of them.
 
     Range and range rate are those of the middle of a vehicle at 0 s, less half its length for the
     range.
@@ -44,6 +44,14 @@ def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Ite
                     f"'{name}' is {distance:.3g} m from '{radar.name}', beyond the receiver's "
                     f"greatest range of {study.receiver.greatest_range:g} m; raise "
                     "receiver.greatest_range"
+                )
+                continue
+            least = study.receiver.least_range
+            # a vehicle of which the nearest part is too near may be seen elsewhere
+            if distance < least and not isinstance(bodies[name], Vehicle):
+                far[name] = (
+                    f"'{name}' is {distance:.3g} m from '{radar.name}', nearer than the receiver's "
+                    f"least range of {least:g} m; lower receiver.least_range"
                 )
                 continue
             near.add(name)

@@ -158,3 +158,8 @@ def test_a_folder_that_is_a_file_is_refused_before_the_work(square, capsys):
     assert main(["rcs", square, "--material", "metal", "-o", square]) == 2
     (said,) = last_words(capsys)
     assert "is a file; name a folder" in said
+
+
+def test_a_file_that_is_not_there_is_said_before_its_materials(tmp_path, capsys):
+    assert main(["rcs", str(tmp_path / "none.stl")]) == 2
+    assert "there is no mesh file" in last_words(capsys)[0]

@@ -69,7 +69,7 @@ def silent_victim(study, number: int) -> Victim:
             range_rate_error=many,
             azimuth_error=many,
             elevation_error=many,
-            sinr=many,
+            detection_sinr=many,
             echo_snr=many,
             is_in_sight=np.ones(len(names), dtype=bool),
             snr=10.0 + many,

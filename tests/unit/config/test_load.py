@@ -1,11 +1,12 @@
 """Reading specs: problems have a place and a way out; defaults are merged; nothing is guessed."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
 from polychirp.config.dump import dump
-from polychirp.config.load import build, read_toml, with_defaults
+from polychirp.config.load import build, read_toml, study_of_tables, with_defaults
 from polychirp.errors import InputError
 from polychirp.model.radar import Radar
 from polychirp.spec import Spec
@@ -156,3 +157,9 @@ def test_a_dump_leaves_out_defaults():
         "[waveform]",
         'kind = "triangular"',
     ]
+
+
+def test_tables_that_only_a_file_has_are_among_the_known_keys():
+    """They are taken out before the study is made."""
+    with pytest.raises(InputError, match="montecarlo: unknown key; did you mean 'monte_carlo'"):
+        study_of_tables({"name": "x", "montecarlo": {}}, folder=Path())

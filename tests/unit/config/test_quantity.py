@@ -59,3 +59,9 @@ def test_a_written_level_reads_back_to_its_last_digits(level):
 def test_what_has_no_text_is_refused(value, symbol):
     with pytest.raises(InputError, match="cannot be written as a value in"):
         write_quantity(value, Unit(symbol))
+
+
+def test_the_greek_letter_is_read_like_the_micro_sign_that_it_looks_like():
+    greek, micro = "\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}"
+    assert Unit("s").read(f"200 {greek}s") == Unit("s").read(f"200 {micro}s") == 200e-6
+    assert Unit("Hz/s").read(f"60 MHz/{greek}s") == 60e12

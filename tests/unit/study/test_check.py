@@ -21,9 +21,11 @@ from polychirp.study.spec import (
     Study,
     StudyRadar,
     refresh_times,
+    scene_of,
     schedule_of,
     schedules_of,
     target_names,
+    tracer_of,
     victim_indices,
 )
 from polychirp.study.target_limits import targets_out_of_reach
@@ -309,3 +311,52 @@ def test_a_mitigation_that_needs_equal_ramps_is_refused_for_triangles():
     study = replace(study, receiver=replace(study.receiver, mitigation=RampMinimum()))
     with pytest.raises(CapabilityError, match="'ramp-minimum' compares range cells"):
         check(study)
+
+
+@pytest.mark.parametrize("start", [24e9, 76.1e9, 79e9])
+def test_powers_are_those_at_the_radars_own_carrier(start):
+    """The radar equation: λ² falls by 10 dB from 24 to 76 GHz, which whole GHz leave to 0.1 dB."""
+    wave = replace(PLAIN, start_frequency=start, bandwidth=200e6)
+    point = Point(name="point", x=20.0, y=0.0, z=0.5, rcs=2.0)
+    study = replace(
+        STUDY,
+        street=Street(vehicles=STUDY.street.vehicles[:1], points=(point,)),
+        radars=(replace(FRONT, waveform=wave),),
+        tracer=FreeSpace(),
+    )
+    paths = tracer_of(study).trace(scene_of(study))
+    wavelength, distance = SPEED_OF_LIGHT / (start + 100e6), 20.0 - BUMPER.x
+    expected = np.sqrt(wavelength**2 * 2.0 / ((4 * np.pi) ** 3 * distance**4))
+    ratio = abs(paths.transfer[0, 0, 0]) / expected
+    assert 20 * np.log10(ratio) == pytest.approx(0.0, abs=0.1)
+
+
+def test_a_frequency_of_the_tracer_is_kept():
+    assert tracer_of(replace(STUDY, tracer=FreeSpace(frequency=60e9))).frequency == 60e9
+
+
+def test_drawn_ramps_of_one_band_have_one_frequency():
+    """So that studies that differ in waveform share their paths."""
+    for seed in range(5):
+        assert tracer_of(replace(STUDY, seed=seed)).frequency == 79e9
+
+
+def test_megahertz_in_the_place_of_gigahertz_are_noted():
+    slow = replace(PLAIN, start_frequency=77e6, bandwidth=200e6)
+    study = replace(STUDY, radars=(replace(FRONT, waveform=slow),))
+    with pytest.warns(ModelWarning) as notes:
+        check(study)
+    said = " ".join(str(note.message) for note in notes)
+    assert "'front' transmits at 0.177 GHz" in said
+
+
+def test_a_point_nearer_than_the_least_range_is_named():
+    point = Point(name="near", x=2.6, y=0.0, z=0.5, rcs=1.0)
+    study = replace(STUDY, street=replace(STUDY.street, points=(point,)), radars=(FRONT,))
+    (note,) = [one for one in targets_out_of_reach(study, schedules_of(study)) if "'near'" in one]
+    assert "nearer than the receiver's least range of 0.5 m" in note
+
+
+def test_a_waveform_that_the_paper_does_not_have_is_refused():
+    with pytest.raises(InputError, match="there is no waveform 'foo'; choose among"):
+        paper_study("foo")

@@ -64,7 +64,7 @@ def made_up(point: int, seed: int) -> VictimRecord:
         range_rate_error=errors,
         azimuth_error=errors,
         elevation_error=errors,
-        sinr=(10.0, 10.0),
+        detection_sinr=(10.0, 10.0),
         echo_snr=(50.0, 30.0),
         snr=(40.0, 20.0),
         inr=(3.0, 1.0),
@@ -180,7 +180,7 @@ def test_a_damaged_line_is_not_believed(plan, tmp_path):
 
 def test_a_record_comes_back_from_its_line_to_the_bit(tmp_path):
     record = TrialRecord(study_hash="ab", trial=3, seed=5, victims=(made_up(1, 5),))
-    odd = replace(record.victims[0], sinr=(1e300, 1 / 3), floor_rise=float("inf"))
+    odd = replace(record.victims[0], detection_sinr=(1e300, 1 / 3), floor_rise=float("inf"))
     record = replace(record, victims=(odd,))
     with trial_log(tmp_path / LOG, made_with=HEADER) as log:
         log.append(record)

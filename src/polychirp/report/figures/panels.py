@@ -48,8 +48,8 @@ class Surface:
 
     @property
     def level(self) -> FloatArray:
-        """The power in dBW."""
-        return np.asarray(to_db(np.maximum(self.power, 1e-300)))
+        """The power in dBm."""
+        return np.asarray(to_db(np.maximum(self.power, 1e-300)) + 30.0)
 
 
 def panels(
@@ -87,7 +87,7 @@ def panels(
         mark(axes, name)
     for axes in places[len(surfaces) :]:
         axes.set_axis_off()
-    figure.colorbar(ScalarMappable(scale), ax=places, extend="both", label="Power (dBW)")
+    figure.colorbar(ScalarMappable(scale), ax=places, extend="both", label="Power (dBm)")
     figure.supxlabel(xlabel, size=10)
     figure.supylabel(ylabel, size=10)
     figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)

@@ -46,7 +46,8 @@ class VictimRecord:
     range, range_rate, azimuth, elevation : true values of each target, m, m/s, rad, rad
     range_error, range_rate_error, azimuth_error, elevation_error : detected minus true value, m,
         m/s, rad, rad
-    sinr : power ratio at each target's detection, own echo to all other parts of the samples
+    detection_sinr : power ratio at each target's detection, own echo to all other parts of the
+        samples
     echo_snr : coherent SNR of the echo of each target's body
     snr, inr, mitigated_sinr : power ratios in the cell of every target, as of `Score`
     num_points : number of detections on each target
@@ -72,7 +73,7 @@ class VictimRecord:
     range_rate_error: tuple[float, ...]
     azimuth_error: tuple[float, ...]
     elevation_error: tuple[float, ...]
-    sinr: tuple[float, ...]
+    detection_sinr: tuple[float, ...]
     echo_snr: tuple[float, ...]
     snr: tuple[float, ...]
     inr: tuple[float, ...]
@@ -128,14 +129,14 @@ def _record(victim: "VictimResult", frames: "FrameHistory | None") -> VictimReco
         return {name: tuple(getattr(noun, name).tolist()) for name in names}
 
     errors = ("range_error", "range_rate_error", "azimuth_error", "elevation_error")
-    levels = ("snr", "inr", "mitigated_sinr")
+    levels = ("detection_sinr", "echo_snr", "snr", "inr", "mitigated_sinr")
     extents = ("length", "width", "range_rate_span")
     visible = [victim.truth.extent(n) for n in range(len(victim.truth.name))]
     return VictimRecord(
         name=victim.name,
         target=victim.truth.name,
         **values(victim.truth, "is_visible", "range", "range_rate", "azimuth", "elevation"),
-        **values(victim.score, "is_in_sight", "is_detected", *errors, "sinr", "echo_snr", *levels),
+        **values(victim.score, "is_in_sight", "is_detected", *errors, *levels),
         **values(victim.score, "num_points", *extents),
         **{f"visible_{name}": tuple(getattr(one, name) for one in visible) for name in extents},
         detections=tuple(victim.score.nature.count(nature) for nature in NATURES),

@@ -8,7 +8,7 @@
     ├── num_trials            (AXIS …) number of trials at each point
     ├── seed                  (trial)
     ├── detected              (AXIS …, trial, victim, target) 1 detected, 0 missed
-    ├── range … sinr          (AXIS …, trial, victim, target)
+    ├── range … detection_sinr(AXIS …, trial, victim, target)
     ├── num_detections            (AXIS …, trial, victim, nature)
     ├── floor_rise …          (AXIS …, trial, victim)
     └── lost                  (AXIS …, trial, victim, frame) 1 lost, 0 not; of rules from frame to
@@ -16,8 +16,8 @@
 
 Every array names its axes and its unit, as xarray reads them. **NaN** means that there is no value:
 the trial was not run or failed, the victim does not have this target, or the target was not in
-sight (``detected``) or not detected (errors, ``sinr``). The ``mean`` of ``detected`` over trials is
-thus the detection probability.
+sight (``detected``) or not detected (errors, ``detection_sinr``). The ``mean`` of ``detected`` over
+trials is thus the detection probability.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _UNITS: Final = {
     "range_rate_error": "m/s",
     "azimuth_error": "rad",
     "elevation_error": "rad",
-    "sinr": "1",
+    "detection_sinr": "1",
     "echo_snr": "1",
     "snr": "1",
     "inr": "1",
@@ -86,8 +86,8 @@ _UNITS: Final = {
 """Unit of every stored array; "1" for numbers and ratios."""
 
 _OF_DETECTED: Final = (
-    *("range_error", "range_rate_error", "azimuth_error", "elevation_error", "sinr"),
-    *("length", "width", "range_rate_span"),
+    *("range_error", "range_rate_error", "azimuth_error", "elevation_error"),
+    *("detection_sinr", "length", "width", "range_rate_span"),
 )
 _TRUE_VALUES: Final = (
     *("range", "range_rate", "azimuth", "elevation"),
@@ -118,7 +118,7 @@ class Results:
     range, range_rate, azimuth, elevation : true values, m, m/s, rad, rad, of hidden targets too
     range_error, range_rate_error, azimuth_error, elevation_error : detected minus true value, m,
         m/s, rad, rad
-    sinr : power ratio at a target's detection, own echo to all other parts of the samples
+    detection_sinr : power ratio at a target's detection, own echo to all other parts of the samples
     echo_snr : coherent SNR of the echo of each target's body, as of `Score`
     snr, inr : power ratio of own echo, and of interference, to noise in the cell of every target,
         detected or not, before mitigation
@@ -151,7 +151,7 @@ class Results:
     range_rate_error: PerTargetOfTrial
     azimuth_error: PerTargetOfTrial
     elevation_error: PerTargetOfTrial
-    sinr: PerTargetOfTrial
+    detection_sinr: PerTargetOfTrial
     echo_snr: PerTargetOfTrial
     snr: PerTargetOfTrial
     inr: PerTargetOfTrial

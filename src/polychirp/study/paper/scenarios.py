@@ -139,7 +139,7 @@ def paper_study(
     If not ``synchronous``, the interferers (radars 3 and 4) start at random between 0 and 3 ms, and
     their clocks have errors; radars 1 and 2 start at 0 without errors. The targets of all radars
     are targets of the study; a target that a radar cannot see does not count as missed.
-    `InputError` is raised if the street has no such radar.
+    `InputError` is raised if the street has no such radar, or there is no such waveform.
 
     >>> study = paper_study("diverse", radars=("vehicle-2", "vehicle-4"))
     >>> study.name, len(study.radars), study.targets
@@ -149,6 +149,8 @@ def paper_study(
     unknown = sorted(set(radars) - set(mounts))
     if unknown:
         raise InputError(f"the street has no radar '{unknown[0]}'; it has {', '.join(mounts)}")
+    if waveform not in WAVEFORMS:
+        raise InputError(f"there is no waveform '{waveform}'; choose among {', '.join(WAVEFORMS)}")
     return Study(
         name=f"paper-{waveform}",
         seed=seed,
@@ -455,7 +457,7 @@ def _target_row(victim: VictimResult, n: int) -> TargetRow:
         range_error_m=float(score.range_error[n]),
         speed_error_mps=-float(score.range_rate_error[n]),
         azimuth_error_deg=math.degrees(score.azimuth_error[n]),
-        snr_db=float(to_db(score.sinr[n])),
+        snr_db=float(to_db(score.detection_sinr[n])),
     )
 
 

@@ -65,7 +65,7 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "range_rate_error": "m/s",
         "azimuth_error": "rad",
         "elevation_error": "rad",
-        "sinr": "1",
+        "detection_sinr": "1",
         "echo_snr": "1",
         "is_in_sight": "1",
         "snr": "1",
