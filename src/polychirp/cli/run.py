@@ -244,6 +244,7 @@ def _print_table(trial: Trial) -> None:
     for column in ("radar", "target"):
         errors.add_column(column)
         levels.add_column(column)
+    levels.add_column("is")
     for column in ("SNR", "INR", "SINR", "SINR, mitigated"):
         levels.add_column(column, justify="right")
     columns = ["range", "range error", "speed error", "azimuth error", "points", "extent"]
@@ -300,13 +301,15 @@ def _ghost_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
 
 
 def _level_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
-    """Name of every visible target, and power ratios in its cell in dB."""
+    """Name of every visible target, whether it is found, and power ratios in its cell in dB."""
     truth, score = victim.truth, victim.score
     ratios = (score.snr, score.inr, score.snr / (1.0 + score.inr), score.mitigated_sinr)
     for number, name in enumerate(truth.name):
         if truth.is_visible[number]:
             shown = (float(ratio[number]) for ratio in ratios)
-            yield (name, *(decibels(ratio) if ratio > 0 else "–" for ratio in shown))
+            found, in_sight = score.is_detected[number], score.is_in_sight[number]
+            state = "found" if found else "missed" if in_sight else "out of sight"
+            yield (name, state, *(decibels(ratio) if ratio > 0 else "–" for ratio in shown))
 
 
 def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from zarr import Group
 
 FORMAT: Final = "polychirp monte carlo"
-FORMAT_VERSION: Final = 6
+FORMAT_VERSION: Final = 7
 
 PerTargetOfTrial = Annotated[FloatArray, Axes("point", "trial", "victim", "target")]
 

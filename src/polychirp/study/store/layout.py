@@ -13,7 +13,7 @@ from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 9
+FORMAT_VERSION: Final = 10
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
