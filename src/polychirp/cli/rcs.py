@@ -33,6 +33,9 @@ LARGEST_BODY: Final = 100.0
 SMALLEST_BODY: Final = 5.0
 """Least size of a body from a file, wavelengths, for physical optics to hold. Chosen."""
 
+NO_ECHO: Final = -200.0
+"""Level, dBsm, that stands for no echo at all; chosen: far below any that can be computed."""
+
 FREQUENCIES: Final = ("1 GHz", "1000 GHz")
 """Least and greatest frequency. Chosen: below, bodies are too small for physical optics; the upper
 limit is that of study files."""
@@ -172,7 +175,7 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
             f"{', '.join(BODIES)}"
         )
     if not path.exists():
-        raise InputError(f"there is no mesh file '{name}'")
+        raise InputError(f"there is no mesh file '{name}'; give the path")
     is_stl = path.suffix.lower() == ".stl"
     if is_stl and arguments.material is None:
         raise InputError(f"'{name}' names no materials; name one, as in --material metal")
@@ -238,6 +241,6 @@ def _report(
     print(printable(f"{name} {place}: {arguments.polarisation}, dBsm"))
     shown = of_polarisation(found, arguments.polarisation)
     for what, value in statistics(shown, found.azimuth).items():
-        print(f"  {what:<14}{value:7.1f}")
+        print(f"  {what:<14}" + (f"{value:7.1f}" if value > NO_ECHO else "   none"))
     print(note)
     say(f"stored in {folder}")

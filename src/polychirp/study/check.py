@@ -13,7 +13,7 @@ from polychirp.channel.materials.library import check_materials, material_table
 from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.scene.ground_truth import refuse_radar_inside_body
 from polychirp.channel.tracers.composite import Composite
-from polychirp.channel.tracers.sionna import SionnaRt
+from polychirp.channel.tracers.sionna import SionnaRt, refuse_untraceable
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import (
     CapabilityError,
@@ -67,6 +67,9 @@ from polychirp.synthesis.impairments.high_pass import refuse_unfollowed
 
 Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
+
+FARTHEST_MOUNT: Final = 1.0
+"""Greatest distance of a radar from its vehicle, m, without a warning; chosen."""
 
 CARRIERS: Final = (10e9, 300e9)
 """Least and greatest carrier, Hz, without a warning; chosen."""
@@ -206,8 +209,8 @@ def check(study: Study) -> Derived:
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
         for the guard of the receiver's mitigation, an array is ambiguous
-        in its elements' beam, a target is too far away or too fast for the receiver, or beats that
-        real samples fold are not filtered out.
+        in its elements' beam, a target is out of reach or too fast for the receiver, beats that
+        real samples fold are not filtered out, or a carrier or a mount is implausible.
     """
     try:
         if study.seed >= 0:  # `_problems` reports a negative seed
@@ -240,6 +243,7 @@ def check(study: Study) -> Derived:
             refuse_real_samples(study.receiver, schedules[number], radar=radar.name)
             _warn_of_folded_beats(radar, radars[number])
     _warn_of_carriers(study, schedules)
+    _warn_of_mounts(study)
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
     _warn_of_ambiguity(study, schedules)
@@ -273,6 +277,21 @@ def _warn_of_carriers(study: Study, schedules: Sequence[RampSchedule]) -> None:
             warnings.warn(
                 f"'{radar.name}' transmits at {1e-9 * carrier:.3g} GHz, and radars on the road at "
                 "24 to 81 GHz; check the unit of its start_frequency",
+                ModelWarning,
+                stacklevel=3,
+            )
+
+
+def _warn_of_mounts(study: Study) -> None:
+    """Warn of a radar far from its vehicle, such as one at 20 m instead of 2.0 m."""
+    vehicles = {vehicle.name: vehicle for vehicle in study.street.vehicles}
+    for radar in study.radars:
+        vertex, place = vehicles[radar.vehicle].surface().vertex, radar.mount.position
+        gap = float(np.linalg.norm(np.clip(place, vertex.min(axis=0), vertex.max(axis=0)) - place))
+        if gap > FARTHEST_MOUNT:
+            warnings.warn(
+                f"'{radar.name}' is {gap:.3g} m away from '{radar.vehicle}', on which it rides; "
+                "check its mount",
                 ModelWarning,
                 stacklevel=3,
             )
@@ -455,6 +474,11 @@ def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
     tracer = tracer_of(study)
     if isinstance(tracer, Composite | PointVehicles | SionnaRt):
         yield from _material_problems(scene, tracer)
+    if isinstance(tracer, SionnaRt):
+        try:
+            refuse_untraceable(scene)
+        except CapabilityError as error:
+            yield "tracer", str(error)
 
 
 def _material_problems(

@@ -49,6 +49,8 @@ def test_a_plate_is_printed_drawn_and_written(square, tmp_path, capsys):
     assert float(ahead["hh_dbsm"]) == pytest.approx(19.41, abs=0.1)
     assert float(ahead["vh_dbsm"]) < -60
     assert float(rows[0]["vv_dbsm"]) == -400
+    (median,) = [line for line in printed.splitlines() if line.startswith("  median")]
+    assert median.split()[-1] == "none"
 
 
 def test_a_glb_file_keeps_its_materials_unless_told(tmp_path, capsys):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from polychirp.channel.tracers.free_space import FreeSpace
+from polychirp.channel.tracers.sionna import SionnaRt
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, InputError, ModelWarning, PhysicsError
 from polychirp.frames import Pose
@@ -360,3 +361,18 @@ def test_a_point_nearer_than_the_least_range_is_named():
 def test_a_waveform_that_the_paper_does_not_have_is_refused():
     with pytest.raises(InputError, match="there is no waveform 'foo'; choose among"):
         paper_study("foo")
+
+
+def test_what_sionna_cannot_trace_is_told_by_the_check():
+    """Also where Sionna is not installed."""
+    point = Point(name="post", x=15.0, y=2.0, z=0.5, rcs=1.0)
+    street = replace(STUDY.street, points=(point,))
+    with pytest.raises(InputError, match=r"tracer: .*neither moving parts nor point scatterers"):
+        check(replace(STUDY, street=street, tracer=SionnaRt()))
+
+
+def test_a_radar_far_from_its_vehicle_is_noted():
+    """20 m in the place of 2.0 m."""
+    study = replace(STUDY, radars=(replace(FRONT, mount=Pose(x=24.0, y=3.0, z=0.5)),))
+    with pytest.warns(ModelWarning, match=r"'front' is .* m away from 'ego', on which it rides"):
+        check(study)

@@ -279,7 +279,8 @@ class SionnaRt(AtFrequency, Spec):
         table = material_table({row.name: row for row in self.materials})
         every = _parts(scene, table, self.carrier)
         parts = [part for part in every if not table[part.material].is_cloud]
-        _check(scene, parts, [part for part in every if table[part.material].is_cloud])
+        refuse_untraceable(scene)
+        _warn(scene, parts, [part for part in every if table[part.material].is_cloud])
         rt = _sionna()
         if not scene.radars:
             return no_paths(scene, self.carrier)
@@ -342,8 +343,8 @@ def _parts(scene: Scene, table: Mapping[str, Material], frequency: float) -> lis
     return [_Part(actor, name, np.concatenate(each)) for (actor, name), each in faces.items()]
 
 
-def _check(scene: Scene, solid: Sequence[_Part], clouds: Sequence[_Part]) -> None:
-    """Refuse scenes that Sionna cannot trace; warn of those that it traces badly or in part."""
+def refuse_untraceable(scene: Scene) -> None:
+    """Refuse scenes with points, moving parts or turning bodies, by a `CapabilityError`."""
     if any(actor.points or actor.movement for actor in scene.actors):
         raise CapabilityError(
             "the tracer 'sionna' has neither moving parts nor point scatterers; use the tracer "
@@ -355,6 +356,10 @@ def _check(scene: Scene, solid: Sequence[_Part], clouds: Sequence[_Part]) -> Non
             f"the tracer 'sionna' gives each body one velocity, but '{turning}' turns; leave its "
             "yaw_rate at 0, or use the tracer 'composite'"
         )
+
+
+def _warn(scene: Scene, solid: Sequence[_Part], clouds: Sequence[_Part]) -> None:
+    """Warn of scenes that Sionna traces badly or in part."""
     if any(scene.actors[part.actor].mesh.num_faces for part in solid):
         warnings.warn(
             "Sionna RT mirrors waves in the flat triangles of bodies, whose echoes are wrong by 5 "
