@@ -19,10 +19,9 @@ LOW, HIGH = 1.2, 4.0  # of the trailer's box, m
 
 def gain(eye, articulation=0.0):
     """Power of the echo of a truck at the origin over the transmitted power, dB."""
-    truck = Vehicle(
-        name="t", body="articulated-truck", x=0.0, y=0.0, articulation=articulation
-    ).actor()
-    echo = transfer_at(TRACER.trace(around([truck], [eye])), 79e9)[0, 0]
+    truck = Vehicle(name="t", body="articulated-truck", x=0.0, y=0.0, articulation=articulation)
+    bodies = [body for body in (truck.actor(), truck.trailer()) if body is not None]
+    echo = transfer_at(TRACER.trace(around(bodies, [eye])), 79e9)[0, 0]
     return float(to_db(np.abs(echo) ** 2))
 
 

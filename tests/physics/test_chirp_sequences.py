@@ -1,5 +1,6 @@
 """Equal chirps, as most car radars transmit them, from the street to the score."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from polychirp.model.radar import Converter
 from polychirp.model.score import Score
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.receiver.selection import AnyReceiver
 from polychirp.study.spec import Study, StudyRadar
 from polychirp.study.trial import Trial, run_trial
@@ -140,19 +142,21 @@ def score_of_a_point(level: float, seed: int) -> Score:
 
 
 def test_the_snr_of_a_target_is_that_of_the_radar_equation_found_or_not():
-    """SNR = P λ² G² σ M T / ((4π)³ R⁴ k T₀ F · 3/2): T is the sampled time, 3/2 Hann's loss.
+    """SNR = P λ² G² σ M T / ((4π)³ R⁴ k T₀ F L): T is the sampled time, L the loss of both tapers.
 
-    Sampled are 22 µs of each of 96 ramps, in 4 channels. The noise of 16 frames of 96 ramps is
-    known to 2.6 %, so that 8 % are three standard deviations. Another 26 dB less is not detected.
+    Sampled are 22 µs of each of 96 ramps, in 4 channels. A taper w of n samples loses n Σw²/(Σw)².
+    The noise is a mean over cells about the target: 16 frames know it to 1 %. Another 26 dB less is
+    not detected.
     """
     wavelength = SPEED_OF_LIGHT / 76.75e9
     received = 10e-3 * from_db(26.0) * wavelength**2 * from_db(-10.0) / ((4 * np.pi) ** 3 * 20.0**4)
     energy = received * 4 * 96 * (1 + round(22e-6 * 14e6)) / 14e6
-    expected = energy / (1.380649e-23 * 290.0 * from_db(13.0) * 1.5)
+    loss = math.prod(n * np.sum(taper(n) ** 2) for n in (96, 1 + round(22e-6 * 14e6)))
+    expected = energy / (1.380649e-23 * 290.0 * from_db(13.0) * loss)
     strong = [score_of_a_point(-10.0, seed) for seed in range(16)]
     assert all(score.is_detected[0] for score in strong)
     noise = np.mean([1.0 / score.snr[0] for score in strong])
-    assert 1.0 / noise == pytest.approx(expected, rel=0.08)
+    assert 1.0 / noise == pytest.approx(expected, rel=0.03)
     weak = score_of_a_point(-36.0, seed=0)
     assert not weak.is_detected[0]
     assert weak.snr[0] == pytest.approx(from_db(-26.0) * strong[0].snr[0], rel=1e-6)

@@ -348,7 +348,7 @@ def slow_echoes(scene, engine):
     """(transmitter, receiver, |A| V to V) of every echo, one after the other, by the equations."""
     found = scatterers(scene, model=engine.model, seed=engine.seed)
     boxes, place = vehicle_boxes(scene), scene.radar_position
-    wavelength = SPEED_OF_LIGHT / engine.frequency
+    wavelength = SPEED_OF_LIGHT / engine.carrier
     rows = []
 
     def sees(radar, point, actor):

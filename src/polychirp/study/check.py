@@ -471,7 +471,10 @@ def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
             refuse_radar_inside_body(replace(scene, radars=(radar,), carriers=(carrier,)))
         except InputError as error:
             yield f"radars.{number}.mount", str(error)
-    tracer = tracer_of(study)
+    try:
+        tracer = tracer_of(study)
+    except InputError:  # ramps that cannot be are told by their radars' problems
+        return
     if isinstance(tracer, Composite | PointVehicles | SionnaRt):
         yield from _material_problems(scene, tracer)
     if isinstance(tracer, SionnaRt):

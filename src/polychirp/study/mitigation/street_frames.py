@@ -13,6 +13,7 @@ from polychirp.channel.tracers.composite import Composite
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.rng import Streams
 from polychirp.study.mitigation.engine_frames import (
+    FREQUENCY_OF_SETS,
     frame_of_study,
     kept_interference,
     road_radar,
@@ -96,7 +97,7 @@ def street_study(streams: Streams, kind: StreetKind) -> Study:
         radars=(own, foreign),
         victims=("victim",),
         traffic=traffic,
-        tracer=Composite(),
+        tracer=Composite(frequency=FREQUENCY_OF_SETS),
     )
 
 
