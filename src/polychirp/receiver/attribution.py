@@ -143,7 +143,8 @@ def _noise_powers(
         time=cells.time,
     )
     number = np.rint(beat / times.rate * size).astype(np.int64) % size
-    scale = np.sum(weight**2, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-300) ** 2
+    # a ramp that mitigation has taken out has neither noise nor echo
+    scale = np.sum(weight**2, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-100) ** 2
     return np.asarray(near[np.arange(len(near)), number] * scale)
 
 
@@ -153,18 +154,20 @@ def target_levels(
     r"""Echo and interference over noise that the receiver's filter finds at each true target.
 
     With the amplitudes :math:`e_k` and :math:`i_k` of `part_amplitudes` on ramp k, of echo and
-    multipath and of all other parts but noise, the expected power :math:`N` of the noise, and the
+    multipath and of all other parts but noise, the expected power :math:`N_k` of the noise, and the
     receiver's taper :math:`w_k` over the ramps (`RangeDoppler`; 1 for others), the filter matched
     to the echo's own phases over the frame gives
 
-    .. math:: \mathrm{SNR} = \frac{(\sum_k w_k |e_k|^2)^2}{\sum_k w_k^2 |e_k|^2\;N},\qquad
-              \mathrm{INR} = \frac{|\sum_k w_k e_k^* i_k|^2}{\sum_k w_k^2 |e_k|^2\;N}.
+    .. math:: \mathrm{SNR} = \frac{(\sum_k w_k |e_k|^2)^2}{\sum_k w_k^2 |e_k|^2 N_k},\qquad
+              \mathrm{INR} = \frac{|\sum_k w_k e_k^* i_k|^2}{\sum_k w_k^2 |e_k|^2 N_k}.
 
     So all ramps and channels add up coherently, also if the receiver does not add them so. Parts
     are those after the receiver's mitigation. A target without echo has zeros. The receiver of MFSK
     has the tapered means of its two sequences in the place of ramps, since a step alone does not
     tell echoes apart.
     """
+    if isinstance(receiver, Decoding):
+        return target_levels(*_decoded(receiver, frame, parts), truth)
     still = np.zeros(len(truth.name))
     cells = Detections(
         time=truth.time,
@@ -176,22 +179,20 @@ def target_levels(
         snr=still,
     )
     amplitude = part_amplitudes(receiver, frame, parts.samples, cells)
-    if isinstance(receiver, Decoding):
-        return target_levels(*_decoded(receiver, frame, parts), truth)
     name = np.array(parts.names)
     is_own, is_noise = np.isin(name, ("echo", "multipath")), name == "noise"
     echo = amplitude[:, is_own].sum(axis=1)
     rest = amplitude[:, ~is_own & ~is_noise].sum(axis=1)
-    noise_power = _noise_powers(receiver, frame, parts.noise, cells)
-    noise, along = np.mean(noise_power, axis=1), np.ones(frame.schedule.num_ramps)
+    noise = _noise_powers(receiver, frame, parts.noise, cells)
+    along = np.ones(frame.schedule.num_ramps)
     if isinstance(receiver, RangeDoppler):
         along = receiver.ramp_taper(frame.schedule)
     elif isinstance(receiver, MfskReceiver):
-        echo, rest, noise = in_sequences(echo), in_sequences(rest), noise_of_sequences(noise_power)
-        along = np.ones(echo.shape[1])
+        echo, rest = in_sequences(echo), in_sequences(rest)
+        noise, along = noise_of_sequences(noise)[:, None], np.ones(echo.shape[1])
     energy = np.abs(echo) ** 2
     signal, added = energy @ along, np.abs(np.sum(along * echo.conj() * rest, axis=1)) ** 2
-    floor = np.maximum(energy @ along**2 * noise, 1e-300)
+    floor = np.maximum(np.sum(along**2 * energy * noise, axis=1), 1e-300)
     return TargetLevels(snr=signal**2 / floor, inr=added / floor)
 
 

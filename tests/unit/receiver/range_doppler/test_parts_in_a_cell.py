@@ -3,6 +3,8 @@
 The map itself is the twin: each part alone is transformed as the receiver transforms the frame.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from polychirp.model.if_frame import PARTS, IfParts
 from polychirp.model.truth import Truth
 from polychirp.receiver.attribution import detected, target_levels
 from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.mitigation.base import with_weights
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.rng import Streams
@@ -20,6 +23,16 @@ from tests.support.points import HandPoint, frame_of
 
 CHIRPS = Sawtooth(start_frequency=77e9, bandwidth=300e6, ramp_duration=200e-6)
 RECEIVER = RangeDoppler(greatest_range=60.0)
+
+
+@dataclass(frozen=True)
+class _TakesRampsOut:
+    """A mitigation that leaves out every other ramp."""
+
+    def mitigate(self, frame):
+        weight = frame.times.is_sample.astype(np.float64)
+        weight[::2] = 0.0
+        return with_weights(frame, weight)
 
 
 def schedule_of(num_sweeps=128):
@@ -135,3 +148,21 @@ def test_the_ratio_to_noise_is_no_draw_of_the_noise(seed, num_sweeps):
     count = int(frame.times.is_sample.sum())
     hann = 2.0 / 3.0  # (Σw)²/(N Σw²) of Hann's window
     assert to_db(levels.snr[0]) == pytest.approx(to_db(4 * count * hann), abs=0.9)
+
+
+def test_ramps_that_are_taken_out_have_neither_echo_nor_noise():
+    """Half of the ramps are hit for all of their length: half of the SNR is left."""
+    schedule = Triangular().schedule(num_sweeps=4, streams=Streams(seed=1))
+    frame, parts = frame_with(schedule, echo=[HandPoint(range=9.0, power=1.0)])
+    burst = np.zeros_like(parts["direct"])
+    burst[:, ::2] = 1e4 * frame.times.is_sample[::2]
+    hit = IfParts(
+        samples=np.stack([parts["echo"], burst, parts.noise]), names=("echo", "direct", "noise")
+    )
+    truth = truth_at(frame, range=9.0, range_rate=0.0)
+    plain = target_levels(CoherentReceiver(greatest_range=12.0), frame, parts, truth)
+    receiver = CoherentReceiver(greatest_range=12.0, mitigation=_TakesRampsOut())
+    left = target_levels(receiver, frame.with_samples(hit.total()), hit, truth)
+    assert np.isfinite(left.snr[0])
+    assert left.snr[0] / plain.snr[0] == pytest.approx(0.5, abs=0.05)
+    assert left.inr[0] < 1e-6
