@@ -177,3 +177,21 @@ def test_in_a_mirror_a_flat_side_is_that_of_the_image():
     # the polarisation along the floor is turned over twice
     measured = transfer_at(twice, FREQUENCY)
     assert abs(measured[1, 1]) == pytest.approx(abs(expected[1, 1]), rel=0.03)
+
+
+@pytest.mark.parametrize("facet", [0.1, 0.3])
+@pytest.mark.parametrize("off", [0.1, 0.3, 0.6])
+def test_a_radar_on_a_plane_of_symmetry_sees_all_of_the_borders(off, facet):
+    """A phase that is stationary exactly at a corner of two facets is so on one of the edges.
+
+    The corners of an even grid lie on the plane. From a nanometre beside it the echo is the same,
+    and from the plane itself it was 7 to 31 dB less.
+    """
+    side, distance = 1.2, 8.0
+    place = distance * np.array([np.cos(off), np.sin(off), 0.0])
+    expected = scattered_by_rectangle(
+        square(side), known_materials()["metal"], place, place, FREQUENCY
+    )
+    found = traced(plate(side, facet), "metal", place, place)
+    error = to_db(abs(found[0, 0] / expected[0, 0]) ** 2)
+    assert error == pytest.approx(0.0, abs=0.3)
