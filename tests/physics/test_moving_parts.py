@@ -180,6 +180,31 @@ def test_a_tube_of_rods_echoes_as_the_integral_along_it(slant):
     assert abs(found) == pytest.approx(expected, abs=0.02 * broadside * 0.1, rel=0.03)
 
 
+@pytest.mark.parametrize("angle", [0.0, 60.0, 90.0, 120.0])
+def test_a_rod_scatters_to_another_radar_as_the_integral_around_it(angle):
+    """Both radars are in the plane across a tube: physical optics around its circumference.
+
+    The two-dimensional integral is over the side that both see, with the share of the currents that
+    radiates towards the second radar. The tube is wide, so that the integral has one zone of
+    stationary phase far from its ends.
+    """
+    radius, turn = 0.3, np.radians(angle)
+    rod = Rods(
+        centre=np.zeros((1, 3)), reach=[[0.0, 0.0, 0.05]], radius=[radius], reflectivity=[1.0]
+    )
+    ends = 1e4 * np.array([[np.cos(s * turn / 2), np.sin(s * turn / 2), 0.0] for s in (-1, 1)])
+    there = echoing(MovingParts(rods=rod), (ends[:1], ends[1:]), wavenumber=WAVENUMBER)
+    around = np.linspace(-0.5 * (np.pi - turn), 0.5 * (np.pi - turn), 40001)
+    normal = np.stack([np.cos(around), np.sin(around), 0 * around], axis=-1)
+    both = ends.sum(axis=0) / 1e4
+    # a soft end of the integral leaves the stationary point alone
+    soft = np.cos(np.pi / 2 * around / around[-1]) ** 2
+    phase = WAVENUMBER * radius * normal @ both
+    integral = np.trapezoid(soft * 0.5 * (normal @ both) * np.exp(1j * phase), around)
+    expected = WAVENUMBER * radius / np.sqrt(np.pi) * abs(integral) * 0.05
+    assert there.amplitude[0, 0] == pytest.approx(expected, rel=0.03)
+
+
 def test_echoes_are_the_same_there_and_back():
     walker = Pedestrian(name="walker", x=0.0, y=0.0, speed=1.4).actor()
     scene = seen(walker, (9.0, 2.0, 0.5), (6.0, -7.0, 0.8), time=0.3)

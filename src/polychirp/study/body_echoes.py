@@ -6,11 +6,13 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.model.if_frame import IfFrame
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 from polychirp.scoring.echoes import sending_back
+from polychirp.synthesis.impairments.front_end import sample_scale
 from polychirp.synthesis.links.links import links_between
+from polychirp.synthesis.links.thermal_noise import noise_density
 
 NUM_FREQUENCIES: Final = 128
 """Number of frequencies over which echoes are averaged; chosen: over 1 GHz they are 8 MHz apart, so
@@ -24,20 +26,24 @@ def body_echoes(
     victim: int,
     targets: Sequence[str],
     frame: IfFrame,
-    parts: IfParts,
 ) -> FloatArray:
     """Coherent SNRs of the echoes of targets to radar ``victim``, ratios ``(target,)``.
+
+    This is the energy of an echo in all samples and channels over that of the noise in one of them
+    at the noise's density in the pass band: a matched filter has it, however fast a converter
+    samples.
 
     Parameters
     ----------
     scene, paths : at one instant of the frame, about its middle
     targets : names of actors
-    frame, parts : as received, before any decoding: their times and noise count
+    frame : as received, before any decoding
     """
     power = echo_powers(scene, paths, victim=victim, frequency=_band(frame))
     present = np.arange(frame.times.most_samples) < frame.times.num_samples[:, None]
-    noise = float(np.mean(np.abs(parts.noise[:, present]) ** 2))
-    snr = power * (len(frame.samples) * np.count_nonzero(present) / max(noise, 1e-300))
+    radar = scene.radars[victim]
+    noise = sample_scale(radar) * noise_density(radar) * frame.times.rate
+    snr = power * (len(frame.samples) * np.count_nonzero(present) / noise)
     whole = np.array([actor.whole for actor in scene.actors])
     return np.array([float(np.sum(snr[whole == name])) for name in targets])
 

@@ -327,7 +327,7 @@ def receive_and_score(
     several transmit elements are used (MIMO), a receiver that does not separate them itself needs
     the frame decoded; the result then holds the frame and the parts of the virtual array.
     """
-    received, as_received = frame, parts
+    received = frame
     receiver = receiver_for(receiver, received.schedule)
     is_coded = received.schedule.num_elements > 1 and not decodes_elements(receiver)
     if is_coded:
@@ -348,7 +348,6 @@ def receive_and_score(
         victim=victim,
         targets=targets,
         frame=received,
-        parts=as_received,
     )
     score = compare(
         found,

@@ -16,12 +16,12 @@ is exact for a sphere and equal ends, and makes a body echo less at short distan
 (physical optics; the exact value of a wire with ka > 1 is within 2 dB). A piece with the window
 :math:`\cos^2`, of half its length w, has by integration along it
 
-.. math:: \sqrt\sigma = \sqrt{\varrho\,k a \cos\psi}\;w\,\frac{\sin x}{x\,(1 - (x/\pi)^2)}, \qquad
-          x = k\,w\,|b| \sin\psi
+.. math:: \sqrt\sigma = \sqrt{\varrho\,k a \tfrac{|b|}2\cos\psi}\;w\,
+          \frac{\sin x}{x\,(1 - (x/\pi)^2)}, \qquad x = k\,w\,|b| \sin\psi
 
 where ψ is the angle between the bisector and the plane across the tube, and b the sum of the unit
 vectors to both ends. The factor falls by 31 dB beyond its main lobe: a rod flashes when it is seen
-from across. Polarisation is kept.
+from across. Between two ends at an angle β, |b|/2 is cos β/2. Polarisation is kept.
 """
 
 from collections.abc import Sequence
@@ -99,7 +99,9 @@ def _of_rods(parts: Rods, ends: Ends, wavenumber: float) -> Echoing:
     both = towards(from_end, centre) + towards(to_end, centre)
     phase = wavenumber * half * np.sum(both * axis, axis=-1)
     lobe = half * window_transform(phase)
-    return Echoing(point, np.sqrt(parts.reflectivity * wavenumber * parts.radius * cosine) * lobe)
+    # |b|/2 is 1 for an echo, and less between two ends far apart
+    facing = 0.5 * np.linalg.norm(both, axis=-1) * cosine
+    return Echoing(point, np.sqrt(parts.reflectivity * wavenumber * parts.radius * facing) * lobe)
 
 
 def window_transform(phase: FloatArray) -> FloatArray:

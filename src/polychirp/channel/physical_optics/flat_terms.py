@@ -352,7 +352,7 @@ def _add_piece(facet: FlatFacet, start: Vector, edge: Vector, size: float, borde
     tail1 = _tail_of(weight1, side1 * change, abs(slope1), bend) * phasor(k * length1)
     _add_term(facet, border, side0 * scale * tail0, length0, start)
     _add_term(facet, border, -side1 * scale * tail1, length1, end)
-    # by the sides of the tails: at an end where the phase is stationary, a slope of zero has one too
+    # by the sides of the tails: a slope of zero, with a stationary phase at an end, has one too
     if side0 < 0.0 < side1:
         s = -slope0 / bend
         length = length0 + 0.5 * slope0 * s / k
