@@ -7,7 +7,9 @@ import pytest
 
 from polychirp.errors import InputError
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.radar import Converter
+from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mitigation import Blanking, StftExcision
 from polychirp.receiver.mitigation.steady_lines import excision_matrix, steady_lines
 from polychirp.receiver.mitigation.stft_excision import whole_slices
@@ -233,3 +235,26 @@ def test_a_sum_of_tones_is_restored_whatever_was_removed():
         filled = kept + kept @ lines.fit.T @ lines.missing.T
         assert np.abs(filled - samples).max() < 1e-3
         assert np.abs(kept - samples).max() > 0.5
+
+
+@pytest.mark.parametrize("is_real", [False, True])
+@pytest.mark.parametrize("num_channels", [1, 4])
+def test_noise_exceeds_the_thresholds_as_rarely_as_stated(num_channels, is_real):
+    """In every row: of real samples, those at zero and at half the sample rate have half a look."""
+    stated, draw = 1e-3, np.random.default_rng(7)
+    k = np.arange(200)
+    ramps = RampSchedule(
+        start_time=k * 60e-6, duration=0 * k + 55e-6, start_frequency=0 * k + 77e9,
+        slope=0 * k + 1e13, start_phase=0 * k, sweep=k,
+    )  # fmt: skip
+    times = SampleTimes(first=ramps.start_time, num_samples=0 * k + 512, rate=10e6)
+    samples = draw.normal(size=(2, num_channels, 200, 512))
+    noise = samples[0] + (0 if is_real else 1j) * samples[1]
+    frame = IfFrame(
+        samples=noise.astype(complex), times=times, schedule=ramps,
+        array=AntennaArray(num_channels=num_channels),
+    )  # fmt: skip
+    hit = StftExcision(false_alarm_probability=stated).hit_cells(frame)
+    rows = hit.mean(axis=(0, 2)) / stated
+    assert rows.mean() < 2.0
+    assert rows.max() < 4.0

@@ -112,7 +112,7 @@ class StftExcision(Spec):
 
     def _filled(self, frame: IfFrame, gain: FloatArray) -> Mitigated:
         """The frame with all cells filled that are hit after its steady lines are subtracted."""
-        transform = self._transform()
+        transform, looks = self._transform(), self._looks(frame)
         present = frame.times.is_sample
         ramps = [int(k) for k in np.flatnonzero((gain < 1.0).any(axis=(1, 2)))]
         rest = frame.samples * present
@@ -124,7 +124,7 @@ class StftExcision(Spec):
         fillers = []
         for number, k in enumerate(ramps):
             length = int(frame.times.num_samples[k])
-            gain[k] = ~self._ridges(power[number], length, channels=len(cells))
+            gain[k] = ~self._ridges(power[number], length, looks)
             lines, _ = self._lines(frame, k, gain[k])
             fillers.append(lines)
 
@@ -151,7 +151,7 @@ class StftExcision(Spec):
         kept = frame.samples[:, ramp, :length] @ matrix.T
         return steady_lines(kept, matrix, gain.mean(axis=1)), kept
 
-    def _ridges(self, power: FloatArray, length: int, *, channels: int) -> BoolArray:
+    def _ridges(self, power: FloatArray, length: int, looks: FloatArray) -> BoolArray:
         """Mask of the cells ``(frequency, slice)`` of a ramp without lines that contain a burst.
 
         Slices that reach beyond the ramp have less noise, by the energy of the window's part in it.
@@ -166,24 +166,24 @@ class StftExcision(Spec):
         median = np.median(power[:, first:last], axis=1, keepdims=True)
         ratio = power / (share * np.maximum(median, 1e-300))
         high, low = (
-            self._factor(last - first, channels, probability)
+            self._factors(last - first, looks, probability)
             for probability in (self.false_alarm_probability, CONNECTED)
         )
         rows = len(ratio)
-        round_about = np.concatenate([ratio] * 3)  # the first row follows the last one
-        hit = binary_propagation(
-            round_about > high, structure=np.ones((3, 3), dtype=np.bool_), mask=round_about > low
-        )[rows : 2 * rows]
+        # the first row follows the last one
+        seeds, mask = (np.concatenate([ratio > factor] * 3) for factor in (high, low))
+        hit = binary_propagation(seeds, structure=np.ones((3, 3), dtype=np.bool_), mask=mask)
+        hit = hit[rows : 2 * rows]
         return np.asarray(hit | np.roll(hit, 1, axis=0) | np.roll(hit, -1, axis=0))
 
     def gain(self, frame: IfFrame) -> FloatArray:
         """Amplitude factor, 0 … 1, of every cell ``(ramp, frequency, slice)``."""
-        power = self._power(frame)
+        power, looks = self._power(frame), self._looks(frame)
         gain = np.ones(power.shape)
         for k, (first, last) in enumerate(self._inner_slices(frame)):
             if last > first:
                 inside = power[k, :, first:last]
-                above = self.above(inside, len(frame.samples))
+                above = self.above(inside, looks)
                 gain[k, :, first:last] = self._cut(inside, above)
                 gain[k, :, :first] = gain[k, :, first : first + 1]
                 gain[k, :, last:] = gain[k, :, last - 1 : last]
@@ -200,11 +200,11 @@ class StftExcision(Spec):
 
         Slices that reach beyond the ramp are treated like the nearest whole one.
         """
-        power = self._power(frame)
+        power, looks = self._power(frame), self._looks(frame)
         hit = np.zeros(power.shape, dtype=np.bool_)
         for k, (first, last) in enumerate(self._inner_slices(frame)):
             if last > first:
-                hit[k, :, first:last] = self.above(power[k, :, first:last], len(frame.samples))
+                hit[k, :, first:last] = self.above(power[k, :, first:last], looks)
                 hit[k, :, :first] = hit[k, :, first : first + 1]
                 hit[k, :, last:] = hit[k, :, last - 1 : last]
         return hit
@@ -225,24 +225,41 @@ class StftExcision(Spec):
         transform = self._transform()
         return [whole_slices(transform, int(length)) for length in frame.times.num_samples]
 
-    def above(self, power: FloatArray, channels: int) -> BoolArray:
+    def _looks(self, frame: IfFrame) -> FloatArray:
+        """Number of independent looks in a cell of every row, ``(frequency,)``: the channels.
+
+        Of real samples the rows at zero and at half the sample rate are real: half a look each.
+        """
+        looks = np.full(self.window, float(len(frame.samples)))
+        if not np.any(frame.samples.imag):
+            looks[[0, self.window // 2]] *= 0.5
+        return looks
+
+    def above(self, power: FloatArray, looks: FloatArray) -> BoolArray:
         """Mask of a ramp's cells ``(frequency, slice)`` whose power exceeds the threshold.
+
+        ``looks`` is the number of independent looks in a cell of each row, ``(frequency,)``.
 
         Slices that overlap a cell with a burst contain the burst too and are no reference for the
         cell: the median of all slices has a higher rank among the others.
         """
-        factor = self._factor(power.shape[1], channels, self.false_alarm_probability)
+        factor = self._factors(power.shape[1], looks, self.false_alarm_probability)
         return np.asarray(power > factor * np.median(power, axis=1, keepdims=True))
 
-    def _factor(self, slices: int, channels: int, probability: float) -> float:
-        """Multiple of the median of a row of ``slices`` that noise exceeds with a probability."""
+    def _factors(self, slices: int, looks: FloatArray, probability: float) -> FloatArray:
+        """Multiples of each row's median that noise exceeds with a probability, ``(row, 1)``."""
         transform = self._transform()
         number = independent_slices(transform, slices)
         others = number - independent_slices(transform, 2 * HOPS_PER_WINDOW - 1)
         rank = (number + 1) // 2
-        return ordered_statistic_factor(
-            max(others, rank), rank, false_alarm_probability=probability, num_looks=channels
-        )
+        kinds, of_row = np.unique(looks, return_inverse=True)
+        factors = [
+            ordered_statistic_factor(
+                max(others, rank), rank, false_alarm_probability=probability, num_looks=kind
+            )
+            for kind in kinds.tolist()
+        ]
+        return np.array(factors)[of_row.reshape(-1), None]
 
     def _cut(self, power: FloatArray, above: BoolArray) -> FloatArray:
         """Amplitude factor of each cell of a ramp; ``above``: mask of cells above the threshold."""
