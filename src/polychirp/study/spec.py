@@ -161,7 +161,7 @@ def tracer_of(study: Study) -> AnyTracer:
     are rounded down: radars from 79 to 80 GHz have 79 GHz.
 
     >>> from polychirp.waveform import Sawtooth
-    >>> radar = StudyRadar(name="r", vehicle="car", waveform=Sawtooth(start_frequency=76.1e9))
+    >>> radar = StudyRadar(name="r", vehicle="car", waveform=Sawtooth(start_frequency=76e9))
     >>> tracer_of(Study(name="s", street=Street(), radars=(radar,))).frequency
     76000000000.0
     """
