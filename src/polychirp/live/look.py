@@ -70,7 +70,7 @@ def look_at(study: Study, *, progress: Progress = no_progress) -> Look:
     begin = time.perf_counter()
     scene, schedules = scene_of(study), schedules_of(study)
     snapshots = trace_frame(
-        tracer_of(study),
+        tracer_of(study, schedules),
         scene,
         schedules[:1],
         refresh_interval=study.refresh_interval,

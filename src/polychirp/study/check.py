@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import FloatArray
+from polychirp.channel.base import AtFrequency
 from polychirp.channel.materials.library import check_materials, material_table
 from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.scene.ground_truth import refuse_radar_inside_body
@@ -70,6 +71,10 @@ Limits = tuple[float, float]
 
 FARTHEST_MOUNT: Final = 1.0
 """Greatest distance of a radar from its vehicle, m, without a warning; chosen."""
+
+FARTHEST_CARRIER: Final = 0.04
+"""Greatest difference of a carrier from the tracer's frequency, relative, without a warning.
+Chosen: powers of points are then right to 0.35 dB."""
 
 CARRIERS: Final = (10e9, 300e9)
 """Least and greatest carrier, Hz, without a warning; chosen."""
@@ -269,14 +274,25 @@ def check(study: Study) -> Derived:
 
 
 def _warn_of_carriers(study: Study, schedules: Sequence[RampSchedule]) -> None:
-    """Warn of a carrier far from those of automotive radars, such as 77 MHz instead of GHz."""
-    least, most = CARRIERS
+    """Warn of a carrier far from those of automotive radars, or from the tracer's frequency."""
+    (least, most), tracer = CARRIERS, tracer_of(study, schedules)
+    # a tracer of the caller's own may have no frequency
+    traced = tracer.carrier if isinstance(tracer, AtFrequency) else math.nan
     for radar, schedule in zip(study.radars, schedules, strict=True):
         carrier = float(np.mean(schedule.centre_frequency))
         if not least <= carrier <= most:
             warnings.warn(
                 f"'{radar.name}' transmits at {1e-9 * carrier:.3g} GHz, and radars on the road at "
                 "24 to 81 GHz; check the unit of its start_frequency",
+                ModelWarning,
+                stacklevel=3,
+            )
+        elif abs(carrier / traced - 1.0) > FARTHEST_CARRIER:
+            level = 20.0 * math.log10(carrier / traced)
+            warnings.warn(
+                f"'{radar.name}' transmits at {1e-9 * carrier:.3g} GHz, and powers are those at "
+                f"{1e-9 * traced:.3g} GHz: echoes of points are wrong by {level:+.1f} dB; set "
+                "tracer.frequency to the carrier of the radars that matter",
                 ModelWarning,
                 stacklevel=3,
             )
@@ -472,7 +488,7 @@ def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
         except InputError as error:
             yield f"radars.{number}.mount", str(error)
     try:
-        tracer = tracer_of(study)
+        tracer = tracer_of(study, schedules_of(study))
     except InputError:  # ramps that cannot be are told by their radars' problems
         return
     if isinstance(tracer, Composite | PointVehicles | SionnaRt):

@@ -17,7 +17,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.rng import Streams
 from polychirp.study.recent_results import RecentResults, recalled
-from polychirp.study.spec import Study, first_turn, schedule_in_turn, tracer_of
+from polychirp.study.spec import Study, first_turn, schedule_in_turn, schedules_of, tracer_of
 from polychirp.synthesis.links.interference_levels import (
     ReceivedPaths,
     band_of,
@@ -72,7 +72,7 @@ def last_frame(
     """
     times = tuple(frame_begin(rule, number) for number in range(rule.num_frames))
 
-    tracer = tracer_of(study)
+    tracer = tracer_of(study, schedules_of(study))
 
     def traced() -> tuple[ReceivedPaths, ...]:
         moments = [scene.at(time) for time in times]

@@ -153,8 +153,8 @@ class Study(Spec):
     receiver: AnyReceiver = field(default_factory=AutoReceiver)
 
 
-def tracer_of(study: Study) -> AnyTracer:
-    """The study's tracer; without a frequency of its own, at that of the study's radars.
+def tracer_of(study: Study, schedules: Sequence[RampSchedule]) -> AnyTracer:
+    """The study's tracer; without a frequency of its own, at that of its radars' ``schedules``.
 
     This is the mean of their centre frequencies, rounded to a whole GHz, so that drawn ramps of the
     same band share their paths: powers are then wrong by 0.07 dB at most at 76 GHz. Up to 0.55 GHz
@@ -162,14 +162,14 @@ def tracer_of(study: Study) -> AnyTracer:
 
     >>> from polychirp.waveform import Sawtooth
     >>> radar = StudyRadar(name="r", vehicle="car", waveform=Sawtooth(start_frequency=76e9))
-    >>> tracer_of(Study(name="s", street=Street(), radars=(radar,))).frequency
+    >>> study = Study(name="s", street=Street(), radars=(radar,))
+    >>> tracer_of(study, schedules_of(study)).frequency
     76000000000.0
     """
     tracer = study.tracer
-    if not isinstance(tracer, AtFrequency) or tracer.frequency is not None or not study.radars:
+    if not isinstance(tracer, AtFrequency) or tracer.frequency is not None or not schedules:
         return tracer
-    centre = [float(np.mean(one.centre_frequency)) for one in schedules_of(study)]
-    mean = float(np.mean(centre))
+    mean = float(np.mean([np.mean(one.centre_frequency) for one in schedules]))
     whole = math.floor(mean / 1e9 + 0.45)
     return replace(tracer, frequency=1e9 * whole if whole else mean)
 

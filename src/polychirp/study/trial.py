@@ -140,6 +140,7 @@ def run_trial(
     study = sample_street(study)
     scene = scene_of(study)
     schedules = schedules_of(study)
+    tracer = tracer_of(study, schedules)
     frames: FrameHistory | None = None
     refuse_too_large(study, schedules)
     victims = victim_indices(study)
@@ -154,7 +155,6 @@ def run_trial(
         least=study.least_traced_time,
     )
     street = as_traced(scene)
-    tracer = tracer_of(study)
     trace = partial(_traced, tracer, street, times, receivers=victims, progress=progress)
     makers = (tracer, street, times, victims)
     snapshots = recalled(traces, makers, trace)

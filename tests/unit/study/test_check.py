@@ -325,7 +325,7 @@ def test_powers_are_those_at_the_radars_own_carrier(start):
         radars=(replace(FRONT, waveform=wave),),
         tracer=FreeSpace(),
     )
-    paths = tracer_of(study).trace(scene_of(study))
+    paths = tracer_of(study, schedules_of(study)).trace(scene_of(study))
     wavelength, distance = SPEED_OF_LIGHT / (start + 100e6), 20.0 - BUMPER.x
     expected = np.sqrt(wavelength**2 * 2.0 / ((4 * np.pi) ** 3 * distance**4))
     ratio = abs(paths.transfer[0, 0, 0]) / expected
@@ -333,13 +333,15 @@ def test_powers_are_those_at_the_radars_own_carrier(start):
 
 
 def test_a_frequency_of_the_tracer_is_kept():
-    assert tracer_of(replace(STUDY, tracer=FreeSpace(frequency=60e9))).frequency == 60e9
+    study = replace(STUDY, tracer=FreeSpace(frequency=60e9))
+    assert tracer_of(study, schedules_of(study)).frequency == 60e9
 
 
 def test_drawn_ramps_of_one_band_have_one_frequency():
     """So that studies that differ in waveform share their paths."""
     for seed in range(5):
-        assert tracer_of(replace(STUDY, seed=seed)).frequency == 79e9
+        study = replace(STUDY, seed=seed)
+        assert tracer_of(study, schedules_of(study)).frequency == 79e9
 
 
 def test_megahertz_in_the_place_of_gigahertz_are_noted():
@@ -376,3 +378,13 @@ def test_a_radar_far_from_its_vehicle_is_noted():
     study = replace(STUDY, radars=(replace(FRONT, mount=Pose(x=24.0, y=3.0, z=0.5)),))
     with pytest.warns(ModelWarning, match=r"'front' is .* m away from 'ego', on which it rides"):
         check(study)
+
+
+def test_radars_of_two_bands_are_noted():
+    """One frequency serves both: 24 and 79 GHz have a mean of 52 GHz, 6.6 dB above the lower."""
+    low = replace(FRONT, waveform=replace(PLAIN, start_frequency=24e9, bandwidth=200e6))
+    with pytest.warns(ModelWarning) as notes:
+        check(replace(STUDY, radars=(low, OTHER)))
+    said = [str(note.message) for note in notes if "powers are those at" in str(note.message)]
+    assert any("'front' transmits at 24.1 GHz" in one and "-6.7 dB" in one for one in said)
+    assert len(said) == 2

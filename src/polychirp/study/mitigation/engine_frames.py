@@ -208,7 +208,7 @@ def frame_of_study(study: Study, *, victim: int | None = None) -> StudyFrame:
     own = schedules[number]
     streams = Streams(study.seed)
     snapshots = trace_frame(
-        tracer_of(study),
+        tracer_of(study, schedules),
         scene,
         [own],
         refresh_interval=study.refresh_interval,

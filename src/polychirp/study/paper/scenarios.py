@@ -221,7 +221,7 @@ def run_paper(
     first = studies["conventional", True]
     scene = scene_of(first)
     snapshots = trace_frame(
-        tracer_of(first),
+        tracer_of(first, schedules["conventional", True]),
         scene,
         [schedule for some in schedules.values() for schedule in some],
         refresh_interval=first.refresh_interval,
