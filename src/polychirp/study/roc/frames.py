@@ -3,14 +3,18 @@ r"""Frames of drawn points in the noise, leakage and interference of the tested 
 A point moves straight towards the radar or away from it, and its cross section does not change
 (Swerling's case 0). Its cross section is chosen such that it has the wanted coherent SNR
 
-.. math:: S = \frac{M}{N_0 f_s} \sum_k n_k \sum_l |w_{kl} a_l|^2
+.. math:: S = \frac{M}{N_0 f_s} \sum_k \frac{n_k}{1 + A_k} \sum_l |w_{kl} a_l|^2
 
 with M channels, :math:`n_k` samples on ramp k, the amplitude :math:`a_l` of the echo of the
-transmitting element l, its weight :math:`w_{kl}` on the ramp, and the noise density :math:`N_0`,
-all before the IF filter, at the sample rate :math:`f_s`. This is the SNR of a matched filter of the
-whole frame that adds all channels in phase. The IF filter and the stages behind it do not change
-it, as they act on echo and noise alike. Real samples have the noise of the beats f and −f at f, so
-that their :math:`N_0` is twice that of complex ones.
+transmitting element l, its weight :math:`w_{kl}` on the ramp, and the noise density :math:`N_0`
+before the IF filter, at the sample rate :math:`f_s`. This is the SNR of a matched filter of the
+whole frame that adds all channels in phase. The IF filter H acts on echo and noise at the beat
+:math:`f_k` alike, but sampling adds the noise that the filter passes at other frequencies:
+
+.. math:: A_k = \sum_{m \ne 0} |H(f_k + m f_s)|^2 / |H(f_k)|^2 .
+
+It is 0 where the stop edge is below :math:`f_s - |f_k|`. Real samples have the noise of the beats f
+and −f at f, so that their :math:`N_0` is twice that of complex ones.
 """
 
 import math
@@ -21,12 +25,15 @@ from typing import Final
 
 import numpy as np
 
+from polychirp.axes import FloatArray
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.frames import Pose
+from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, PointScatterer, Scene
+from polychirp.receiver.signal_model.point_signal import beat_frequency
 from polychirp.rng import Streams
 from polychirp.study.roc.plan import Strong, Window
 from polychirp.study.spec import Study, as_built, schedules_of
@@ -167,10 +174,40 @@ def _body(
     power = np.array([np.abs(link.amplitude) ** 2 for link in links])  # (snapshot, element)
     of_ramp = power[nearest_snapshots(schedule, snapshots)]
     weighted = np.sum(np.abs(schedule.transmit_weight) ** 2 * of_ramp, axis=1)
-    count = sample_times(schedule, radar.converter).num_samples
-    energy = radar.array.num_channels * float(count @ weighted)
+    times = sample_times(schedule, radar.converter)
+    beat = beat_frequency(
+        schedule,
+        times,
+        distance=np.asarray(point.range),
+        range_rate=np.asarray(point.range_rate),
+        time=middle_of(schedule),
+    )
+    share = 1.0 / (1.0 + aliased_noise(radar.if_filter, beat, times.rate))
+    energy = radar.array.num_channels * float((times.num_samples * share) @ weighted)
     noise = sample_scale(radar) * noise_density(radar) * radar.converter.sample_rate
     return replace(actor, points=(replace(actor.points[0], rcs=point.snr * noise / energy),))
+
+
+def aliased_noise(if_filter: IfFilter, beat: FloatArray, rate: float) -> FloatArray:
+    """Noise that sampling adds at a beat, over the noise that the IF filter passes at the beat.
+
+    Parameters
+    ----------
+    beat : Hz, ``(…,)``, where the filter passes echoes
+    rate : sample rate, Hz
+
+    Examples
+    --------
+    At the edge of the pass band, the stop edge 2 MHz away is beyond one sample rate.
+
+    >>> narrow = IfFilter(passband=0.8e6, stopband=1.2e6)
+    >>> (aliased_noise(narrow, np.array([0.0, 0.8e6, 1.0e6]), 2e6) + 1e-9).round(3)
+    array([0., 0., 1.])
+    """
+    most = math.ceil((if_filter.stopband + float(np.max(np.abs(beat)))) / rate)
+    shifts = rate * np.array([m for m in range(-most, most + 1) if m != 0])
+    others = if_filter.response(np.asarray(beat)[..., None] + shifts)
+    return np.asarray(np.sum(others**2, axis=-1) / if_filter.response(beat) ** 2)
 
 
 def _snapshots(study: Study, scene: Scene, schedule: RampSchedule) -> tuple[PropagationPaths, ...]:

@@ -7,9 +7,10 @@ from typing import Annotated, Final, Literal
 
 import numpy as np
 
-from polychirp.axes import BoolArray
+from polychirp.axes import BoolArray, FloatArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.detection.cfar import ordered_statistic_factor
 from polychirp.receiver.mitigation.burst_detectors.base import guard_time, median_of, widened
 from polychirp.receiver.mitigation.prediction import prediction_errors, rms
 from polychirp.spec import Spec
@@ -18,6 +19,9 @@ from polychirp.units import Between, Seconds
 FALSE_MITIGATION: Final = 1e-3
 """Default share of the samples of noise alone that are hit. Chosen: blanking them costs 0.004 dB.
 At ten times as much, some 3 % more of the samples of weak bursts are found."""
+
+LEAST_SAMPLES: Final = 3
+"""Least number of samples that have a median with a sample on either side."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,9 +39,9 @@ class MedianThreshold(Spec):
     that it shows bursts that are weaker than the echoes. The amplitude is needed as well: a strong
     burst is predicted well if its frequency changes slowly.
 
-    The multiples follow the number of channels (`median_factor`), so that of noise alone at most
-    the share ``false_mitigation`` is hit. With a guard of g samples and two tests, each test
-    exceeds its multiple with the probability
+    The multiples follow the number of channels and of samples (`median_factor`), so that of white
+    noise alone at most the share ``false_mitigation`` is hit. With a guard of g samples and two
+    tests, each test exceeds its multiple with the probability
 
     .. math:: p = \frac{F}{2\,(2 g + 1)}
 
@@ -72,37 +76,46 @@ class MedianThreshold(Spec):
         """Mask of the samples that are hit, ``(ramp, fast)``; False in the padding of a ramp."""
         present = frame.times.is_sample
         guard = guard_time(self.guard, frame.times.rate) * frame.times.rate
-        of_amplitude, of_error = self._factors(frame, guard)
+        looks = 1.0 if np.any(frame.samples.imag) else 0.5
+        multiple = self._multiples(frame, guard, looks=looks, left_out=0)
         amplitude = rms(frame.samples)
-        above = amplitude > of_amplitude * median_of(amplitude, present)
+        above = amplitude > multiple[:, None] * median_of(amplitude, present)
         if self.whitening:
+            multiple = self._multiples(
+                frame, guard, looks=looks * len(frame.samples), left_out=self.whitening
+            )
             for k, length in enumerate(frame.times.num_samples):
                 error = prediction_errors(frame.samples[:, k, :length], self.whitening)
                 # of both directions: the smaller one of two errors has a lower median
                 level = np.median(error[np.isfinite(error)])
-                above[k, :length] |= error.min(axis=0) > of_error * level
+                above[k, :length] |= error.min(axis=0) > multiple[k] * level
         return widened(above & present, guard) & present
 
-    def _factors(self, frame: IfFrame, guard: float) -> tuple[float, float]:
-        """Multiples of the medians of the amplitude and of the prediction error."""
+    def _multiples(
+        self, frame: IfFrame, guard: float, *, looks: float, left_out: int
+    ) -> FloatArray:
+        """Multiple of every ramp's median, ``(ramp,)``, of all samples but ``left_out``."""
+        lengths = frame.times.num_samples
         if self.factor is not None:
-            return self.factor, self.factor
+            return np.full(lengths.size, self.factor)
         reach = 2.0 * min(round(guard), frame.times.most_samples) + 1.0
         tests = 2.0 if self.whitening else 1.0
         probability = self.false_mitigation / (tests * reach)
-        looks = 1.0 if np.any(frame.samples.imag) else 0.5
-        return median_factor(looks, probability), median_factor(
-            looks * len(frame.samples), probability
-        )
+        counts = np.maximum(lengths - left_out, LEAST_SAMPLES)
+        kinds, of_ramp = np.unique(counts, return_inverse=True)
+        factors = [median_factor(looks, probability, num_samples=n) for n in kinds.tolist()]
+        return np.array(factors)[of_ramp]
 
 
 @lru_cache(maxsize=64)
-def median_factor(looks: float, probability: float) -> float:
-    r"""Amplitude that noise exceeds with a probability, over its median amplitude.
+def median_factor(looks: float, probability: float, *, num_samples: int) -> float:
+    r"""Amplitude that noise exceeds with a probability, over the median of a ramp's amplitudes.
 
     The power of Gaussian noise, a mean over L complex channels, is gamma distributed with the shape
-    L, and over C real channels with the shape C/2. With the regularised upper incomplete gamma
-    function Q,
+    L, and over C real channels with the shape C/2. The median of few samples is not that of the
+    distribution: above it, a sample is compared with an ordered statistic of the other samples
+    (`ordered_statistic_factor`). With the regularised upper incomplete gamma function Q, the
+    amplitude of many samples is
 
     .. math:: \kappa = \sqrt{Q^{-1}(L, p) \,/\, Q^{-1}(L, \tfrac12)} .
 
@@ -110,17 +123,23 @@ def median_factor(looks: float, probability: float) -> float:
     ----------
     looks : L: 1 for each complex channel, one half for each real one
     probability : p
+    num_samples : number of independent samples of which the median is taken, 3 or more
 
     Examples
     --------
-    For one complex channel it is the root of the binary logarithm of 1/p.
+    For one complex channel and many samples it is the root of the binary logarithm of 1/p.
 
-    >>> round(median_factor(1.0, 2.0**-16), 6), round(median_factor(4.0, 2.0**-16), 2)
-    (4.0, 2.22)
+    >>> round(median_factor(1.0, 2.0**-16, num_samples=10**6), 3)
+    4.0
+    >>> round(median_factor(1.0, 2.0**-16, num_samples=32), 3)
+    4.775
     """
-    from scipy.special import gammainccinv
-
-    return math.sqrt(float(gammainccinv(looks, probability) / gammainccinv(looks, 0.5)))
+    rank = (num_samples + 1) // 2
+    return math.sqrt(
+        ordered_statistic_factor(
+            num_samples - 1, rank, false_alarm_probability=probability, num_looks=looks
+        )
+    )
 
 
 def check_median_settings(
