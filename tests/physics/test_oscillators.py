@@ -1,10 +1,12 @@
 """What oscillators that err do to echoes and interference, against theory and a direct product."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.fft import next_fast_len
+from scipy.linalg import hadamard
 from scipy.signal import welch
 from scipy.special import jv
 
@@ -353,6 +355,25 @@ def test_the_noise_of_a_chirp_that_crosses_is_the_same_near_and_far_from_the_ban
             tolerance=4 * 4.34 / float(40 * where.sum() * 1e-6 * band) ** 0.5,
             source="(L_v + L_i) ∫|H|² df",
         )
+
+
+def test_far_noise_of_elements_that_send_together_is_the_sum_of_their_powers():
+    """Codes that are orthogonal over 4 sweeps: 4 P (L_v + L_i) ∫|H|² df, straight ahead too."""
+    level, power = 1e-10, 0.01 * 10**0.9 * 10**1.5
+    scene = world(white(level), white(level))
+    array = AntennaArray(num_channels=1, num_transmitters=4, pattern=ISOTROPIC)
+    scene = replace(scene, radars=tuple(replace(radar, array=array) for radar in scene.radars))
+    own = ramps(40, duration=1.2e-3)
+    sent = ramps(40, duration=1.2e-3, start_frequency=START - 6e6)
+    codes = np.tile(hadamard(4), (10, 1)).astype(complex)
+    plans = [replace(plan, transmit_weight=codes) for plan in (own, sent)]
+    noise, _ = deviation(scene, plans, HandPath(delay=0.0, transmitter=1))
+    band = scene.radars[0].if_filter.noise_bandwidth
+    found = np.mean(np.abs(noise) ** 2) / (4 * power)
+    # each code of 12 ms has a power of its own, 16 P or none: four deviations of 10 ramps of it
+    assert to_db(found) == pytest.approx(
+        to_db(2 * level * band), abs=4 * 4.34 / 12e-3**0.5 / band**0.5
+    )
 
 
 def test_far_noise_that_nobody_hears_is_left_out():

@@ -282,6 +282,19 @@ def test_auto_reads_subframes_by_range_doppler_processing_and_drawn_intervals_co
     assert receiver_for(AutoReceiver(), clocked).kind == "range-doppler"
 
 
+@pytest.mark.parametrize("count", [2, 3, 8, 64])
+def test_chirps_without_any_equal_intervals_have_no_subframes(count):
+    chirps = Sawtooth(ramp_duration=25e-6, idle=25e-6).schedule(
+        num_sweeps=count, streams=Streams(seed=1)
+    )
+    jittered = moved(chirps, 1e-6 * np.arange(count) ** 2)
+    assert subframes(jittered) == ()
+    assert (unreadable(jittered) == "") == (count == 2)
+    assert receiver_for(AutoReceiver(), jittered).kind == (
+        "range-doppler" if count == 2 else "coherent"
+    )
+
+
 def test_a_sawtooth_has_the_span_of_its_interval():
     chirps = Sawtooth(start_frequency=76.5e9, bandwidth=500e6, ramp_duration=25e-6, idle=5e-6)
     schedule = chirps.schedule(num_sweeps=64, streams=Streams(seed=1))

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import hadamard
 
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_filter import IfFilter
@@ -50,18 +51,18 @@ def hand_path(*, delay, gain=1e-6, transmitter=1):
     return HandPath(transmitter=transmitter, delay=delay, delay_rate=0.0, gain=gain)
 
 
-def simulated(schedules, paths):
+def simulated(schedules, paths, scene=SCENE):
     """Energy of the interference over that of noise in the samples of a frame."""
     frame, parts = synthesize(
-        Stretch(), SCENE, schedules, [paths], victim=0, interferers=None, streams=Streams(seed=1),
+        Stretch(), scene, schedules, [paths], victim=0, interferers=None, streams=Streams(seed=1),
         neglected_share=0.0,
     )  # fmt: skip
     energy = np.sum(np.abs(parts.samples[2:4].sum(axis=0)) ** 2)
-    return energy / (noise_power(SCENE, 0) * np.count_nonzero(frame.times.is_sample))
+    return energy / (noise_power(scene, 0) * np.count_nonzero(frame.times.is_sample))
 
 
-def in_closed_form(schedules, paths):
-    ratio = interference_to_noise(SCENE, schedules, received_paths(SCENE, paths), victim=0)
+def in_closed_form(schedules, paths, scene=SCENE):
+    ratio = interference_to_noise(scene, schedules, received_paths(scene, paths), victim=0)
     return float(np.mean(ratio))
 
 
@@ -118,6 +119,25 @@ def test_a_signal_in_the_band_all_the_time_has_the_energy_of_its_power(delay):
     level = path_powers(SCENE, paths)[0] / noise_power(SCENE, 0)
     assert in_closed_form(schedules, paths) == pytest.approx(level, rel=3e-3)
     assert in_closed_form(schedules, paths) == pytest.approx(simulated(schedules, paths), rel=0.02)
+
+
+def test_elements_that_send_together_add_their_powers():
+    """Equal chirps in step with codes that are orthogonal over 4 chirps: 4 times one element's."""
+    array = AntennaArray(num_channels=1, num_transmitters=4, pattern=ISOTROPIC)
+    scene = replace(SCENE, radars=tuple(replace(one, array=array) for one in SCENE.radars))
+    plain = Sawtooth(bandwidth=300e6, ramp_duration=20e-6).schedule(
+        num_sweeps=8, streams=Streams(seed=1)
+    )
+    together = replace(plain, transmit_weight=np.tile(hadamard(4), (2, 1)).astype(complex))
+    in_turn = replace(plain, transmit_weight=np.tile(np.eye(4), (2, 1)).astype(complex))
+    paths = paths_of(hand_path(delay=0.1e-6))
+    levels = []
+    for sent in (together, in_turn):
+        schedules = [in_turn, sent, late(in_turn, 1.0)]
+        expected = simulated(schedules, paths, scene)
+        levels.append(in_closed_form(schedules, paths, scene))
+        assert levels[-1] == pytest.approx(expected, rel=0.02)
+    assert levels[0] == pytest.approx(4 * levels[1])
 
 
 def test_a_chirp_that_starts_outside_of_the_band_is_not_heard():

@@ -8,6 +8,7 @@ of all subframes together.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import zip_longest
 from typing import Final
 
 import numpy as np
@@ -50,7 +51,7 @@ def subframes(schedule: RampSchedule) -> tuple[IntArray, ...]:
     change = np.flatnonzero(np.abs(np.diff(gap)) > MOST_UNEVEN * gap[:-1]) + 1
     runs = [run for run in np.split(np.arange(gap.size), change) if run.size > 1]
     parts: list[IntArray] = []
-    for run, later in zip(runs, [*runs[1:], None], strict=True):
+    for run, later in zip_longest(runs, runs[1:]):
         is_shared = later is not None and later[0] == run[-1] + 1
         last = int(run[-1]) if is_shared else int(run[-1]) + 1
         parts.append(np.arange(int(run[0]), last + 1))

@@ -193,9 +193,10 @@ class Oscillating:
         density = np.where(mixes & sends & (beat > wide.highest_offset), level, 0.0)
         if density.max() * most**2 < NEGLIGIBLE_FAR_NOISE * noise_density(radar):
             return np.zeros((), dtype=np.complex128)
-        # the first ramp's element weights for all ramps: weights only change the noise's direction
-        weight = np.repeat(sent.transmit_weight[:1], own.num_ramps, axis=0)
-        noisy = replace(own, transmit_weight=weight, code=None)
+        # the weights that the other radar has in the middle of each of the victim's ramps
+        middle = own.start_time + 0.5 * own.duration - float(delay)
+        on_air = np.maximum(np.searchsorted(sent.start_time, middle, side="right") - 1, 0)
+        noisy = replace(own, transmit_weight=sent.transmit_weight[on_air], code=None)
         sent_instead = [noisy if n == transmitter else ramps for n, ramps in enumerate(schedules)]
         carrier = self.inner.contribution(
             wide.scene, sent_instead, paths, victim=victim, transmitter=transmitter

@@ -7,7 +7,8 @@ the rate μ. The filter passes the energy
           G(f) = \int_0^f |H|^2\,df'
 
 of a path of power P, with the beats f₁ and f₂ at both ends of the common time, within which the
-converter takes samples. Energies of paths are added, which is exact in the mean over their phases.
+converter takes samples. Energies of paths, and of elements that send together, are added, which is
+exact in the mean over their phases.
 
 A code spreads the beat evenly over its band (`RampCode.bandwidth`), with the chips' mean power. The
 energy of codes whose band chirps cross was wrong by 0.45 dB at most; what a code has beyond its
@@ -66,7 +67,7 @@ class ReceivedPaths:
 def received_paths(scene: Scene, paths: PropagationPaths) -> ReceivedPaths:
     """Paths from other radars whose power is `LEAST_PATH` of the receiver's noise or more.
 
-    The first element of the transmitter's array sends. The power is that of the amplitudes of
+    The power is that of the transmitter's first element with weight 1, as of the amplitudes of
     `links_between`.
     """
     paths = paths.select(paths.transmitter != paths.receiver)
@@ -164,7 +165,7 @@ def _energy(
     beat -= sent.start_frequency[i] + sent.slope[i] * (low - delay[p] - sent.start_time[i])
     spread = 0.0 if sent.code is None else sent.code.bandwidth
     passed = power[p] * _passed_time(if_filter, beat, rate, high - low, spread=spread)
-    passed *= _mean_power(sent)
+    passed *= _mean_power(sent)[i]
     energy = np.bincount(k, weights=passed, minlength=own.num_ramps)
     return np.asarray(energy, dtype=np.float64)
 
@@ -231,9 +232,13 @@ def _summed(values: FloatArray, place: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(place))])
 
 
-def _mean_power(sent: RampSchedule) -> float:
-    """Mean power of a schedule's signal over its greatest."""
-    return 1.0 if sent.code is None else sent.code.mean_power
+def _mean_power(sent: RampSchedule) -> FloatArray:
+    """Mean power of each ramp's signal over that of one element with weight 1, ``(ramp,)``.
+
+    Powers of elements that send together are added, which is exact in the mean over their phases.
+    """
+    elements = np.sum(np.abs(sent.transmit_weight) ** 2, axis=1)
+    return np.asarray(elements * (1.0 if sent.code is None else sent.code.mean_power))
 
 
 def band_of(schedule: RampSchedule) -> tuple[float, float]:
@@ -278,7 +283,8 @@ def energy_over_noise(
         inside = _time_in_band(
             on_air[int(sender)], begin - paths.delay[here], end - paths.delay[here], band
         )
-        energy += _mean_power(on_air[int(sender)]) * float(np.sum(paths.power[here] * inside))
+        mean_power = float(np.mean(_mean_power(on_air[int(sender)])))
+        energy += mean_power * float(np.sum(paths.power[here] * inside))
     return 1.0 + energy / noise, (high - low) * (end - begin)
 
 
