@@ -136,5 +136,5 @@ axes.legend()
 # In study files
 # --------------
 #
-# A study file chooses a waveform by its ``kind``. To add yours, make it a `Spec` with a ``kind`` in a
-# package of your own: the how-to *A waveform of your own, in your own package* shows how.
+# A study file chooses a waveform by its ``kind``. To add yours, make it a `Spec` with a ``kind`` in
+# a package of your own, as the how-to *A waveform of your own, in your own package* shows.
