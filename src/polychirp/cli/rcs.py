@@ -33,9 +33,6 @@ LARGEST_BODY: Final = 100.0
 SMALLEST_BODY: Final = 5.0
 """Least size of a body from a file, wavelengths, for physical optics to hold. Chosen."""
 
-NO_ECHO: Final = -200.0
-"""Level, dBsm, that stands for no echo at all; chosen: far below any that can be computed."""
-
 FREQUENCIES: Final = ("1 GHz", "1000 GHz")
 """Least and greatest frequency. Chosen: below, bodies are too small for physical optics; the upper
 limit is that of study files."""
@@ -217,7 +214,7 @@ def _report(
     arguments: argparse.Namespace, mesh: Mesh, found: CrossSections, window: float, folder: Path
 ) -> None:
     """Print the table; write picture and data."""
-    from polychirp.report.figures.rcs import of_polarisation, rcs_picture, statistics
+    from polychirp.report.figures.rcs import level_text, of_polarisation, rcs_picture, statistics
 
     name = Path(arguments.mesh).stem
     frequency = si_value(arguments, "frequency", "Hz")
@@ -241,6 +238,6 @@ def _report(
     print(printable(f"{name} {place}: {arguments.polarisation}, dBsm"))
     shown = of_polarisation(found, arguments.polarisation)
     for what, value in statistics(shown, found.azimuth).items():
-        print(f"  {what:<14}" + (f"{value:7.1f}" if value > NO_ECHO else "   none"))
+        print(f"  {what:<14}{level_text(value):>7}")
     print(note)
     say(f"stored in {folder}")

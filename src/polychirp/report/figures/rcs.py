@@ -20,10 +20,22 @@ SIDE_HALF_WIDTH: Final = math.radians(10.0)
 DRAWN_SPAN_DB: Final = 50.0
 """Span of the radial axis, dB; chosen."""
 
+NO_ECHO: Final = -200.0
+"""Level, dBsm, that stands for no echo at all; chosen: far below any that can be computed."""
+
 
 def of_polarisation(found: CrossSections, polarisation: str) -> FloatArray:
     """Cross sections of one of `POLARISATIONS`, m², ``(aspect,)``."""
     return found.rcs.reshape(-1, 4)[:, POLARISATIONS.index(polarisation)]
+
+
+def level_text(level: float) -> str:
+    """A level in dBsm as it is shown, "none" for no echo.
+
+    >>> level_text(3.14159), level_text(-400.0)
+    ('3.1', 'none')
+    """
+    return f"{level + 0.0:.1f}" if level > NO_ECHO else "none"
 
 
 def statistics(rcs: FloatArray, azimuth: FloatArray) -> dict[str, float]:
@@ -84,7 +96,7 @@ def rcs_picture(
         ["front", "45°", "left", "135°", "rear", "−135°", "right", "−45°"],
     )
     box = "\n".join(
-        f"{name} {value + 0.0:.1f}" for name, value in statistics(shown, found.azimuth).items()
+        f"{name} {level_text(value)}" for name, value in statistics(shown, found.azimuth).items()
     )
     figure.text(0.01, 0.05, f"{polarisation}, dBsm\n{box}", color=INK, size=8.5, va="bottom")
     figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
