@@ -357,20 +357,30 @@ def test_the_noise_of_a_chirp_that_crosses_is_the_same_near_and_far_from_the_ban
         )
 
 
-def test_far_noise_of_elements_that_send_together_is_the_sum_of_their_powers():
-    """Codes that are orthogonal over 4 sweeps: 4 P (L_v + L_i) ∫|H|² df, straight ahead too."""
+@pytest.mark.parametrize("sweeps_per_ramp", [1, 10])
+def test_far_noise_of_elements_that_send_together_is_the_sum_of_their_powers(sweeps_per_ramp):
+    """Codes that are orthogonal over 4 sweeps: 4 P (L_v + L_i) ∫|H|² df, straight ahead too.
+
+    Sweeps are as long as the victim's ramps, or ten times shorter.
+    """
     level, power = 1e-10, 0.01 * 10**0.9 * 10**1.5
     scene = world(white(level), white(level))
     array = AntennaArray(num_channels=1, num_transmitters=4, pattern=ISOTROPIC)
     scene = replace(scene, radars=tuple(replace(radar, array=array) for radar in scene.radars))
     own = ramps(40, duration=1.2e-3)
-    sent = ramps(40, duration=1.2e-3, start_frequency=START - 6e6)
-    codes = np.tile(hadamard(4), (10, 1)).astype(complex)
-    plans = [replace(plan, transmit_weight=codes) for plan in (own, sent)]
+    sent = ramps(
+        40 * sweeps_per_ramp, duration=1.2e-3 / sweeps_per_ramp, start_frequency=START - 6e6
+    )
+    plans = [
+        replace(
+            plan, transmit_weight=np.tile(hadamard(4), (plan.num_ramps // 4, 1)).astype(complex)
+        )
+        for plan in (own, sent)
+    ]
     noise, _ = deviation(scene, plans, HandPath(delay=0.0, transmitter=1))
     band = scene.radars[0].if_filter.noise_bandwidth
     found = np.mean(np.abs(noise) ** 2) / (4 * power)
-    # each code of 12 ms has a power of its own, 16 P or none: four deviations of 10 ramps of it
+    # straight ahead, one sweep in four has the power 16 P and the others none: 12 ms of noise
     assert to_db(found) == pytest.approx(
         to_db(2 * level * band), abs=4 * 4.34 / 12e-3**0.5 / band**0.5
     )

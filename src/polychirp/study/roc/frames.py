@@ -198,7 +198,8 @@ def aliased_noise(if_filter: IfFilter, beat: FloatArray, rate: float) -> FloatAr
 
     Examples
     --------
-    At the edge of the pass band, the stop edge 2 MHz away is beyond one sample rate.
+    The noise 2 MHz below a beat is stopped for beats in the pass band. Half-way between both edges
+    the filter passes it as well as the beat.
 
     >>> narrow = IfFilter(passband=0.8e6, stopband=1.2e6)
     >>> (aliased_noise(narrow, np.array([0.0, 0.8e6, 1.0e6]), 2e6) + 1e-9).round(3)

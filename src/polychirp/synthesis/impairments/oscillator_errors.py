@@ -26,7 +26,7 @@ from typing import Final
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import SampleTimes, sample_times
@@ -193,14 +193,17 @@ class Oscillating:
         density = np.where(mixes & sends & (beat > wide.highest_offset), level, 0.0)
         if density.max() * most**2 < NEGLIGIBLE_FAR_NOISE * noise_density(radar):
             return np.zeros((), dtype=np.complex128)
-        # the weights that the other radar has in the middle of each of the victim's ramps
-        middle = own.start_time + 0.5 * own.duration - float(delay)
-        on_air = np.maximum(np.searchsorted(sent.start_time, middle, side="right") - 1, 0)
-        noisy = replace(own, transmit_weight=sent.transmit_weight[on_air], code=None)
-        sent_instead = [noisy if n == transmitter else ramps for n, ramps in enumerate(schedules)]
-        carrier = self.inner.contribution(
-            wide.scene, sent_instead, paths, victim=victim, transmitter=transmitter
-        )
+        # element by element, since weights may change within a ramp of the victim
+        weight = sent.transmit_weight[_ramp_at(sent, time - float(delay))]
+        carrier = np.zeros((), dtype=np.complex128)
+        for element in np.flatnonzero(np.any(sent.transmit_weight, axis=0)):
+            alone = np.zeros((own.num_ramps, sent.num_elements), dtype=np.complex128)
+            alone[:, element] = 1.0
+            noisy = replace(own, transmit_weight=alone, code=None)
+            instead = [noisy if n == transmitter else ramps for n, ramps in enumerate(schedules)]
+            carrier = carrier + weight[..., element] * self.inner.contribution(
+                wide.scene, instead, paths, victim=victim, transmitter=transmitter
+            )
         generator = self.streams["oscillator", radar.name, "far", other.name]
         white = generator.standard_normal((*time.shape, 2)).view(np.complex128)[..., 0]
         return np.asarray(carrier * (white * np.sqrt(0.5 * wide.times.rate * density)))
@@ -394,10 +397,15 @@ def _turned(error: PhaseError | None, time: FloatArray) -> ComplexArray:
 
 def _frequency(schedule: RampSchedule, time: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Frequency at ``time``, Hz, and a mask that is true while a ramp is sent."""
-    ramp = np.maximum(np.searchsorted(schedule.start_time, time, side="right") - 1, 0)
+    ramp = _ramp_at(schedule, time)
     into = time - schedule.start_time[ramp]
     sends = (into >= 0.0) & (into < schedule.duration[ramp])
     return schedule.start_frequency[ramp] + schedule.slope[ramp] * into, sends
+
+
+def _ramp_at(schedule: RampSchedule, time: FloatArray) -> IntArray:
+    """Number of the ramp that is sent at ``time``, or was the last one, and 0 before the first."""
+    return np.maximum(np.searchsorted(schedule.start_time, time, side="right") - 1, 0)
 
 
 def _level(radar: Radar, offset: FloatArray) -> FloatArray:

@@ -16,8 +16,9 @@ band is left out.
 
 Limits: the gain follows the beat without delay, also where a ramp begins or ends (the energy of one
 path over 64 chirps was wrong by 0.06 dB at most in 32 draws); products of paths of one radar are
-left out (0.6 dB at most for two paths, 6 dB apart); so are Doppler shifts of beats, some kHz, and
-paths below `LEAST_PATH`.
+left out (0.6 dB at most for two paths, 6 dB apart), and so are products of its elements: a single
+ramp of N elements in phase has up to 10 lg N dB more than the mean over their codes. Doppler shifts
+of beats, some kHz, and paths below `LEAST_PATH` are left out too.
 """
 
 from collections.abc import Sequence
