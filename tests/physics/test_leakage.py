@@ -103,6 +103,20 @@ def test_each_element_has_its_own_distance_to_the_transmitters_image():
     assert turned == pytest.approx(360 * 79e9 / SPEED_OF_LIGHT * (6.64e-3**2 / 0.12), rel=0.03)
 
 
+def test_each_transmitting_element_has_its_own_image_in_the_bumper():
+    """Three elements 2λ apart, the middle one raised: √((2d)² + Δy² + Δz²) of every pair."""
+    array = AntennaArray(
+        num_channels=4, num_transmitters=3, transmitter_positions=((0, 0), (4, 1), (8, 0))
+    )
+    victim = Radar(name="front", array=array, bumper=Bumper(distance=0.15))
+    link = own_links(victim, frequency=CARRIER, reference_time=0.0, num_elements=3)
+    away = array.position[None, :, 1:] - array.transmit_position[:, None, 1:]
+    expected = np.hypot(0.3, np.linalg.norm(away, axis=-1))
+    assert np.ptp(expected[:, 0]) > 1e-4
+    assert link.transmit_element.tolist() == [0, 1, 2]
+    assert link.delay_at(0.0) * SPEED_OF_LIGHT == pytest.approx(expected, rel=1e-12)
+
+
 def test_a_bumper_is_read_at_its_distance():
     """b · 2d/c is 667 Hz at 10 cm: one third of a cycle in 500 µs, 0.1 m after c f/2b."""
     victim = radar(num_channels=1, bumper=Bumper(distance=0.1))

@@ -357,6 +357,30 @@ def test_the_noise_of_a_chirp_that_crosses_is_the_same_near_and_far_from_the_ban
         )
 
 
+STEEP = Oscillator(phase_noise=PhaseNoise(offset=(1e5, 1e7), level=(1e-8, 1e-12)))
+
+
+@pytest.mark.parametrize("oscillator", [white(1e-10), STEEP], ids=["white", "20 dB per decade"])
+@pytest.mark.parametrize("beat", [-1.5, 2.0, 2.25, -4.0])
+def test_noise_of_a_steady_beat_is_whole_at_every_distance_from_the_band(oscillator, beat):
+    """P ∫(L_v + L_i)(f − f_IF) |H(f)|² df at beats up to 4 stop edges, over a way of 600 m."""
+    delay, power = 2e-6, 0.01 * 10**0.9 * 10**1.5
+    scene = world(oscillator, oscillator, if_filter=IfFilter(passband=2.5e6, stopband=2.8e6))
+    chain = scene.radars[0].if_filter
+    steady = beat * chain.stopband
+    # what arrives has left when the sweep's frequency was lower by SLOPE · delay
+    sent = ramps(8, duration=1.2e-3, start_frequency=START - steady + SLOPE * delay)
+    plans = [ramps(8, duration=1.2e-3), sent]
+    noise, _ = deviation(scene, plans, HandPath(delay=delay, transmitter=1))
+    f = np.linspace(-chain.stopband, chain.stopband, 20_001)
+    passed = np.abs(chain.response(f)) ** 2
+    level = oscillator.phase_noise.density(np.maximum(np.abs(f - steady), 1e3))
+    expected = np.trapezoid(2 * level * passed, f)
+    found = np.mean(np.abs(noise[:, 10:]) ** 2) / power
+    # four deviations of independent samples
+    assert to_db(found / expected) == pytest.approx(0.0, abs=4 * 4.34 / noise[:, 10:].size ** 0.5)
+
+
 @pytest.mark.parametrize("sweeps_per_ramp", [1, 10])
 def test_far_noise_of_elements_that_send_together_is_the_sum_of_their_powers(sweeps_per_ramp):
     """Codes that are orthogonal over 4 sweeps: 4 P (L_v + L_i) ∫|H|² df, straight ahead too.

@@ -63,9 +63,10 @@ def own_links(
 
     .. math:: |a|^2 = P_t G_{ft} G_{fr}\; r \left(\frac{G\lambda}{4\pi\cdot 2d}\right)^2
 
-    at delays :math:`\sqrt{4d^2 + y_m^2}/c` for an element at :math:`y_m`. All elements have the
-    same amplitude, that along the axis. The sheet is flat, large and perpendicular to the axis;
-    multiple reflections between sheet and radar are neglected.
+    at the delay from the mirror image of each transmitting element to each receiving element;
+    with both in the plane x = 0, the delay is :math:`\sqrt{4d^2 + (y_m-y_l)^2 + (z_m-z_l)^2}/c`.
+    All elements have the same amplitude, that along the axis. The sheet is flat, large and
+    perpendicular to the axis; multiple reflections between sheet and radar are neglected.
 
     Parameters
     ----------
@@ -82,12 +83,13 @@ def own_links(
     delay = [leak.delay for leak in radar.leakage]
     share = [1.0 / leak.isolation for leak in radar.leakage]
     phase = [leak.phase for leak in radar.leakage]
-    element_delay = np.zeros((len(delay), radar.array.num_channels))
+    element_delay = np.zeros((num_elements * len(delay), radar.array.num_channels))
     if radar.bumper is not None:
         delay.append(2.0 * radar.bumper.distance / SPEED_OF_LIGHT)
         share.append(radar.bumper.reflection * _coupling(radar, radar.bumper, frequency))
         phase.append(radar.bumper.phase)
-        element_delay = np.vstack([element_delay, _detour(radar, radar.bumper) / SPEED_OF_LIGHT])
+        detour = _detour(radar, radar.bumper)[:num_elements]
+        element_delay = np.vstack([element_delay, detour / SPEED_OF_LIGHT])
     amplitude = np.sqrt(power * np.array(share)) * np.exp(1j * np.array(phase))
     count = num_elements * len(delay)
     return Links(
@@ -96,7 +98,7 @@ def own_links(
         delay_rate=np.zeros(count),
         delay_acceleration=np.zeros(count),
         transmit_element=np.tile(np.arange(num_elements), len(delay)),
-        element_delay=np.repeat(element_delay, num_elements, axis=0),
+        element_delay=element_delay,
         element_delay_rate=np.zeros((count, radar.array.num_channels)),
         amplitude=np.outer(amplitude, radar.array.transmitter_response[:num_elements]).ravel(),
         amplitude_rate=np.zeros(count, dtype=np.complex128),
@@ -133,7 +135,7 @@ def _coupling(radar: Radar, bumper: Bumper, frequency: float) -> float:
 
 
 def _detour(radar: Radar, bumper: Bumper) -> FloatArray:
-    """Distance of each element from the transmitter's image, minus the centre's distance, m."""
-    image = np.array([2.0 * bumper.distance, 0.0, 0.0])
-    away = np.linalg.norm(radar.array.position - image, axis=1)
+    """Way from a transmitting element to a receiving one by the sheet, minus 2d, m, ``(l, m)``."""
+    image = radar.array.transmit_position * [-1.0, 1.0, 1.0] + [2.0 * bumper.distance, 0.0, 0.0]
+    away = np.linalg.norm(radar.array.position - image[:, None], axis=-1)
     return np.asarray(away - 2.0 * bumper.distance)
