@@ -151,6 +151,22 @@ def test_errors_of_phase_are_the_same_as_in_a_direct_product(sent, paths):
     assert np.abs(clean - slow).max() > 1e-2 * np.abs(slow).max()
 
 
+BENT = SinusoidalError(peak=5e6, cycles=3)
+
+
+@pytest.mark.parametrize("who", [0, 1])
+@pytest.mark.parametrize("start", [0.0, 5e-6])
+def test_a_ramp_error_far_beyond_the_band_is_the_same_as_in_a_direct_product(who, start):
+    """±5 MHz take a beat of 0 through the band of 0.7 MHz and out, and bring one of 5 MHz in."""
+    errors = [Oscillator(), Oscillator()]
+    errors[who] = Oscillator(ramp_error=BENT)
+    scene, plans = world(*errors), [ramps(), ramps(start_time=start)]
+    slow = direct_product(scene, plans, *DIRECT)
+    fast = received(ENGINE, scene, plans, *DIRECT)[0]
+    assert np.abs(slow).max() > 1.0
+    assert np.abs(fast - slow).max() < 3e-5 * np.abs(slow).max()
+
+
 def test_errors_of_phase_are_right_where_windows_reach_over_the_ends_of_a_ramp():
     """There, what the wide filter takes of the corner is missed by its ripple over the beat."""
     both = Oscillator(phase_noise=PhaseNoise(), ramp_error=QuadraticError(peak=50e3))

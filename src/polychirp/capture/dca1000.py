@@ -9,8 +9,9 @@ xWR14xx              four lanes, one for each receiver; per sample complex: I of
                      of all four; real: one of each. Unused receivers hold zeros
 ===================  ==========================================================================
 
-Ramps follow each other in time without headers. If the device was set to swap I and Q, or if its
-targets beat at negative frequencies, ``conjugate`` must be set in the parameter file.
+Ramps follow each other in time without headers. Samples of 12 or 14 bits (``adc_bits``) stand in
+words of 16 with zeros in front, also if they are negative. If the device was set to swap I and Q,
+or if its targets beat at negative frequencies, ``conjugate`` must be set in the parameter file.
 """
 
 from collections.abc import Iterable
@@ -102,8 +103,18 @@ def unpack(words: Words, parameters: CaptureParameters, *, device: Device) -> Co
         table = table.transpose(1, 0, 2, 4, 3).reshape(receivers, ramps, -1, 2)
     else:
         table = words.reshape(ramps, receivers, parameters.num_samples, 1).transpose(1, 0, 2, 3)
-    values = table.astype(np.float64)
+    values = _with_sign(table, parameters.adc_bits).astype(np.float64)
     return np.asarray(values[..., 0] + 1j * values[..., 1] if parts == 2 else values[..., 0] + 0j)
+
+
+def _with_sign(words: Words, bits: int) -> Words:
+    """Words of two's complement numbers of ``bits`` bits, whatever stands in front of these.
+
+    >>> _with_sign(np.array([5, 4095, -1], dtype=np.int16), 12).tolist()
+    [5, -1, -1]
+    """
+    in_front = 16 - bits
+    return np.asarray((words << in_front) >> in_front)
 
 
 def _words_per_ramp(parameters: CaptureParameters, device: Device) -> int:

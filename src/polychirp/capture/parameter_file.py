@@ -29,7 +29,8 @@ sample_rate = "10 MS/s"
 num_samples = 256               # samples of a ramp
 #sampling = "complex"           # or "real"
 #highest_beat = "9 MHz"         # edge of the pass band; default: 0.9 of sample_rate (real: 0.45)
-#full_scale = 32768.0           # stored value that is the converter's full scale, 0 dBFS
+#adc_bits = 16                  # bits of a converted sample; or 14 or 12
+#full_scale = 32768.0           # stored value of 0 dBFS; default: 2 to the power (adc_bits - 1)
 
 # the antennas: transmitters take turns ramp by ramp; the distance from one to the next is the
 # length of the receiving array

@@ -58,10 +58,14 @@ class CaptureParameters(Spec):
     channel_positions : place (to the left, up) of each receiver in multiples of ``spacing``, seen
         from behind the radar; empty for a line
     transmitter_positions : the same of each transmitter; empty for a line
-    first_receiver : side of a line on which receiver 0 is, seen from behind the radar
+    first_receiver : side of a line on which receiver 0 is, seen from behind the radar, and
+        transmitter 0 too if transmitters form a line
     axes : names of the axes of the array in a NumPy or Zarr file, slowest first
     stored_as : "unsigned" if int16 samples were saved as if they were uint16
-    full_scale : stored value that is the converter's full scale, 0 dBFS
+    adc_bits : bits of a converted sample, 16, 14 or 12; raw files of fewer than 16 bits hold them
+        with zeros instead of the sign in front
+    full_scale : stored value that is the converter's full scale, 0 dBFS; by default
+        :math:`2^{b-1}` with ``adc_bits`` b
     conjugate : take the complex conjugate, for recordings whose targets beat at negative
         frequencies (or whose I and Q are swapped)
     device : TI device that wrote a raw file; needed for ``.bin`` only
@@ -86,16 +90,19 @@ class CaptureParameters(Spec):
     first_receiver: Side = "right"
     axes: tuple[AxisName, ...] = ("frame", "ramp", "receiver", "fast")
     stored_as: Storage = "signed"
-    full_scale: Annotated[float, Between(least=0.0, greatest=1e30)] = 32768.0
+    adc_bits: Annotated[int, Between(least=12, greatest=16)] = 16
+    full_scale: Annotated[float, Between(least=0.0, greatest=1e30)] | None = None
     conjugate: bool = False
     device: Device | None = None
     num_frames: Annotated[int, Between(greatest=2**53)] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("start_frequency", "slope", "ramp_end_time", "sample_rate", "full_scale"):
+        for name in ("start_frequency", "slope", "ramp_end_time", "sample_rate"):
             if not getattr(self, name) > 0:
                 raise InputError(f"{name}: must be positive")
-        if not math.isfinite(self.full_scale):
+        if self.adc_bits not in (12, 14, 16):
+            raise InputError(f"adc_bits: must be 12, 14 or 16, not {self.adc_bits}")
+        if self.full_scale is not None and not math.isfinite(self.full_scale):
             raise InputError("full_scale: must be finite")
         for name in ("idle_time", "adc_start"):
             if getattr(self, name) < 0:
@@ -103,7 +110,7 @@ class CaptureParameters(Spec):
         for name in ("num_ramps", "num_samples", "num_transmitters", "num_receivers"):
             if getattr(self, name) < 1:
                 raise InputError(f"{name}: must be at least 1")
-        for name in ("highest_beat", "spacing", "num_frames"):
+        for name in ("highest_beat", "spacing", "num_frames", "full_scale"):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise InputError(f"{name}: must be positive")
@@ -222,14 +229,23 @@ class CaptureParameters(Spec):
         spacing = self.spacing
         if spacing is None:
             spacing = 0.5 * SPEED_OF_LIGHT / self.middle_frequency
+        transmitters = self.transmitter_positions
+        if self.first_receiver == "left" and not transmitters:
+            # a whole receiving array apart, from left to right
+            transmitters = tuple((-n * self.num_receivers, 0) for n in range(self.num_transmitters))
         return AntennaArray(
             num_channels=self.num_receivers,
             num_transmitters=self.num_transmitters,
             spacing=spacing,
             pattern=ISOTROPIC,
             channel_positions=self.channel_positions,
-            transmitter_positions=self.transmitter_positions,
+            transmitter_positions=transmitters,
         )
+
+    @property
+    def stored_full_scale(self) -> float:
+        """Stored value that is the converter's full scale: ``full_scale`` or its default."""
+        return self.full_scale or 2.0 ** (self.adc_bits - 1)
 
     @property
     def schedule(self) -> RampSchedule:

@@ -2,6 +2,7 @@
 
 import math
 import os
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from polychirp.axes import ComplexArray
 from polychirp.capture.parameters import COMBINED_AXES, CaptureParameters, Sampling
 from polychirp.capture.zarr_file import ZarrArray
-from polychirp.errors import InputError
+from polychirp.errors import InputError, ModelWarning
 from polychirp.model.if_frame import IfFrame
 
 LARGEST_SAMPLE: Final = 1e100
@@ -53,8 +54,11 @@ class Recording:
             )
         parameters = self.parameters
         with np.errstate(all="ignore"):
-            samples = np.asarray(self.read(number) / parameters.full_scale, dtype=np.complex128)
+            samples = np.asarray(
+                self.read(number) / parameters.stored_full_scale, dtype=np.complex128
+            )
         self._refuse_bad_samples(samples, number)
+        self._warn_of_silent_receivers(samples, number)
         if parameters.sampling == "real":
             samples = 2.0 * samples.real.astype(np.complex128)
         if parameters.conjugate:
@@ -67,6 +71,17 @@ class Recording:
             schedule=parameters.schedule,
             array=parameters.array,
         )
+
+    def _warn_of_silent_receivers(self, samples: ComplexArray, number: int) -> None:
+        silent = np.flatnonzero(~np.any(samples, axis=(1, 2)))
+        if silent.size:
+            names = ", ".join(str(n) for n in silent)
+            warnings.warn(
+                f"{self.name}: frame {number} holds nothing but zeros of receiver {names}; check "
+                "num_receivers, and which receivers the device had switched on",
+                ModelWarning,
+                stacklevel=3,
+            )
 
     def _refuse_bad_samples(self, samples: ComplexArray, number: int) -> None:
         is_good = np.abs(samples.real) < LARGEST_SAMPLE

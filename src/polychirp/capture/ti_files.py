@@ -124,6 +124,7 @@ def _tables_of_json(text: str) -> TiTables:
         receivers=whole(channels, "rxChannelEn", "rlChanCfg_t."),
         transmitters=whole(channels, "txChannelEn", "rlChanCfg_t."),
         adc_format=whole(adc, "b2AdcOutFmt", "rlAdcOutCfg_t.fmt."),
+        adc_bits=whole(adc, "b2AdcBits", "rlAdcOutCfg_t.fmt."),
     )
 
 
@@ -217,6 +218,7 @@ def _tables_of_commands(text: str) -> TiTables:
         receivers=whole("channelCfg", 0, "rxChannelEn"),
         transmitters=whole("channelCfg", 1, "txChannelEn"),
         adc_format=whole("adcCfg", 1, "adcOutputFmt"),
+        adc_bits=whole("adcCfg", 0, "numADCBits"),
         is_binary_coded="bpmCfg" in single and whole("bpmCfg", 1, "enabled") > 0,
         doppler_order=tuple(
             whole("ddmPhaseShiftAntOrder", number, "transmitter")

@@ -23,6 +23,12 @@ _FORMATS: Final[dict[int, tuple[Sampling, float]]] = {
 """Kind of the samples, and edge of the pass band over the sample rate, by the converter's format:
 real, complex 1x and complex 2x (SWRA553, section 2.1.1)."""
 
+_BITS: Final = {0: 12, 1: 14, 2: 16}
+"""Bits of a sample by the converter's number of bits."""
+
+_PHASE_SHIFTER_BITS: Final = 0xFCFCFC
+"""Bits of ``txPhaseShifter`` that hold phases, six for each of three transmitters."""
+
 _LIMITS: Final = {
     "startFreq": (1e9, 1e12),
     "freqSlope": (1e9, 1e15),
@@ -101,6 +107,10 @@ def profile_of(tables: TiTables) -> ChirpProfile:
             f"adcOutputFmt: {tables.adc_format} is not supported; use 0 (real), 1 (complex 1x) or "
             "2 (complex 2x)"
         )
+    if tables.adc_bits not in _BITS:
+        raise InputError(
+            f"numADCBits: {tables.adc_bits} is not supported; use 0 (12 bits), 1 (14) or 2 (16)"
+        )
     sampling, usable = _FORMATS[tables.adc_format]
     chirps = CaptureParameters(
         start_frequency=first["startFreq"],
@@ -112,6 +122,7 @@ def profile_of(tables: TiTables) -> ChirpProfile:
         sample_rate=first["digOutSampleRate"],
         num_samples=_bounded(first["numAdcSamples"], "numAdcSamples", 1_000_000),
         sampling=sampling,
+        adc_bits=_BITS[tables.adc_bits],
         highest_beat=usable * first["digOutSampleRate"],
         num_transmitters=len(transmitters) if sharing == "time-division" else 1,
         num_receivers=_receivers(tables.receivers),
@@ -238,6 +249,11 @@ def _notes(first: Fields, transmitters: tuple[int, ...], sharing: Sharing) -> li
             f"txEnable: transmitters {names} send every chirp together, as a beam; the study has "
             "one element with their power on the axis, without the beam's side lobes"
         )
+        if int(first["txPhaseShifter"]) & _PHASE_SHIFTER_BITS:
+            notes.append(
+                "txPhaseShifter: phases of the transmitters turn this beam away from the axis; the "
+                "study's is on the axis, so turn the radar's mount by the beam's angle"
+            )
     elif len(transmitters) > 1:
         notes.append(
             f"txEnable: the file does not say where transmitters {names} are; the study has them "

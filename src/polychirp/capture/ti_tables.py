@@ -60,6 +60,7 @@ class TiTables:
     num_loops : number of loops in a frame
     receivers, transmitters : masks of the channels that are switched on; bit 0 is the first
     adc_format : 0 real, 1 complex 1x, 2 complex 2x, 3 pseudo-real
+    adc_bits : 0, 1 or 2 for 12, 14 or 16 bits of a sample
     is_binary_coded : True if the signs of two transmitters are a binary code
     doppler_order : transmitters, counted from 0, in the order of their steps of phase from chirp to
         chirp; empty without such a code
@@ -73,5 +74,6 @@ class TiTables:
     receivers: int
     transmitters: int
     adc_format: int
+    adc_bits: int = 2
     is_binary_coded: bool = False
     doppler_order: tuple[int, ...] = ()

@@ -75,6 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Check all studies, run their missing trials, and compare the schemes."""
     from polychirp.config.monte_carlo import load_plan
     from polychirp.report.figures.comparison import scheme_comparison
+    from polychirp.report.words import finite
     from polychirp.study.monte_carlo.comparison import comparison, refuse_unlike
     from polychirp.study.monte_carlo.plan import check_plan
     from polychirp.study.monte_carlo.run import LOG, run_plan
@@ -102,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
         results[name] = finished.results
         failures += finished.failures
     cells = comparison(results)
-    rows = [_known(asdict(cell)) for cell in cells]
+    rows = [finite(asdict(cell)) for cell in cells]
     (out / "comparison.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     scheme_comparison(cells).save(out, "comparison")
     if arguments.json:
@@ -120,13 +121,6 @@ def _executor(arguments: argparse.Namespace) -> Executor:
     from polychirp.study.monte_carlo.executor import LocalWorkers
 
     return LocalWorkers(count=num_workers(arguments))
-
-
-def _known(value: Any) -> Any:
-    """A value for JSON, which has no NaN: it becomes null."""
-    if isinstance(value, dict):
-        return {key: _known(one) for key, one in value.items()}
-    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def _name(plan: Plan) -> str:

@@ -73,7 +73,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.maps:
         _draw_maps(study, trial, path.parent)
     if arguments.json:
-        print(json.dumps(_summary(study, path, trial), indent=2))
+        from polychirp.report.words import finite
+
+        print(json.dumps(finite(_summary(study, path, trial)), indent=2, allow_nan=False))
     else:
         _print_table(trial)
         print(margins_text(gates_of(study).values()))

@@ -30,22 +30,23 @@ def write_mat(run: StoredRun, folder: Path) -> list[Path]:
     Raises
     ------
     CapabilityError
-        A victim's samples are larger than a file of version 5 can hold.
+        The victims need more than a variable in a file of version 5 can hold.
     """
     from scipy.io import savemat
 
-    for victim in run.victims:
-        if 8 * victim.parts.samples.size > LARGEST_VARIABLE:
-            raise CapabilityError(
-                f"the samples of '{victim.name}' need more than the 2 GB that a MATLAB file of "
-                "version 5 holds; export to hdf5, which MATLAB reads with h5read"
-            )
+    victims = [_structure(victim) for victim in run.victims]
+    if (size := sum(map(_size, victims))) > LARGEST_VARIABLE:
+        raise CapabilityError(
+            f"the {len(victims)} victims of this run need {size / 1e9:.2g} GB, more than the 2.1 "
+            "GB that a variable in a MATLAB file of version 5 holds; export to hdf5, which MATLAB "
+            "reads with h5read"
+        )
     path = folder / "run.mat"
     content = {
         "study": run.provenance.study,
         "radars": _names(run.radars),
         "actors": _names(run.actors),
-        "victims": _cells([_structure(victim) for victim in run.victims]),
+        "victims": _cells(victims),
     }
     savemat(path, content, do_compression=True, oned_as="column")
     with path.open("r+b") as file:
@@ -70,6 +71,13 @@ def _structure(victim: StoredVictim) -> dict[str, Any]:
             **{name: _units(group) for name, group in groups.items()},
         },
     }
+
+
+def _size(value: Any) -> int:
+    """Size of all arrays in a structure, bytes."""
+    if isinstance(value, dict):
+        return sum(map(_size, value.values()))
+    return int(np.asarray(value).nbytes)
 
 
 def _fields(group: ArrayGroup) -> dict[str, Any]:

@@ -16,10 +16,10 @@ class Score:
     ----------
     is_detected : true for a target that has a detection, ``(target,)``
     range_error, range_rate_error, azimuth_error, elevation_error : m, m/s, rad, rad, found minus
-        true, ``(target,)``; zero also where ``is_detected`` is false, and NaN where the radar does
-        not measure the angle
+        true, ``(target,)``; NaN where ``is_detected`` is false, or the radar does not measure the
+        angle
     detection_sinr : power ratio of the own echo to all other parts at the target's detection,
-        ``(target,)``; zero where ``is_detected`` is false
+        ``(target,)``; NaN where ``is_detected`` is false
     echo_snr : coherent SNR of each body's echo, its energy in all samples and channels over the
         noise power of a sample, ``(target,)``
     is_in_sight : true for a target that a receiver could find, ``(target,)`` (`scoring.sight`)

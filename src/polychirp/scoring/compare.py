@@ -45,7 +45,7 @@ def compare(
     extents = [_extent(detections, mine) for mine in found.is_on_target]
 
     def per_target(values: FloatArray) -> FloatArray:
-        out = np.zeros(len(truth.name))
+        out = np.full(len(truth.name), np.nan)
         out[target] = values
         return out
 

@@ -17,6 +17,9 @@ from polychirp.axes import FloatArray
 CONFIDENCE_LEVEL: Final = 0.95
 """Default probability with which an interval contains the true value; 95 % is the convention."""
 
+_ROUNDING: Final = 1e-12
+"""Greatest influence of a trial, over the ratio itself, that is taken for an error of rounding."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
@@ -224,7 +227,8 @@ def ratio_difference(
     """
     value_1, influence_1 = _ratio(*first)
     value_2, influence_2 = _ratio(*second)
-    return _difference(value_1 - value_2, influence_1 - influence_2, level=level, least=1.0)
+    change = influence_1 - influence_2
+    return _difference(value_1, value_2, change, level=level, least=1.0)
 
 
 def rms_difference(
@@ -245,7 +249,7 @@ def rms_difference(
         return UNKNOWN_ESTIMATE
     root_1, root_2 = math.sqrt(mean_1), math.sqrt(mean_2)
     change = influence_1 / (2 * root_1) - influence_2 / (2 * root_2)
-    return _difference(root_1 - root_2, change, level=level, least=math.nan)
+    return _difference(root_1, root_2, change, level=level, least=math.nan)
 
 
 def _ratio(above: FloatArray, below: FloatArray) -> tuple[float, FloatArray]:
@@ -257,11 +261,15 @@ def _ratio(above: FloatArray, below: FloatArray) -> tuple[float, FloatArray]:
     return ratio, np.asarray((above - ratio * below) * (below.size / total))
 
 
-def _difference(value: float, influence: FloatArray, *, level: float, least: float) -> Estimate:
+def _difference(
+    first: float, second: float, influence: FloatArray, *, level: float, least: float
+) -> Estimate:
+    value = first - second
     if influence.size < 2 or not math.isfinite(value):
         return Estimate(value=value, low=math.nan, high=math.nan)
     reach = _student(level, influence.size - 1) * math.sqrt(_variance(influence))
-    if not np.any(influence):
+    rounding = _ROUNDING * max(abs(first), abs(second))
+    if np.all(np.abs(influence) <= rounding):  # no trial differs from the others
         reach = least * (1 - (0.5 * (1 - level)) ** (1 / influence.size))
     return Estimate(value=value, low=value - reach, high=value + reach)
 

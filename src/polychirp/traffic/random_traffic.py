@@ -23,6 +23,7 @@ from polychirp.traffic.placing import (
     is_seen,
     nearest_point,
 )
+from polychirp.traffic.road_users import RoadUser
 from polychirp.traffic.street import Coarseness, FacetEdge, Point, Street, Vehicle
 from polychirp.traffic.vehicle import vehicle_size
 from polychirp.units import Between, Metres, MetresPerSecond, SquareMetres, from_db
@@ -103,9 +104,10 @@ Positions are chosen."""
 class RandomTraffic(Spec):
     """Vehicles at random places in front of a viewing vehicle that heads along +x.
 
-    Targets are visible: no other random vehicle hides a target's nearest point from the middle of
-    the viewing vehicle's front. Streets of one seed that differ only in the number of targets share
-    their carriers and the targets of the smaller street, up to `LEAST_DRAWN` targets.
+    They are clear of the street's own vehicles, motorcycles, bicycles and pedestrians. Targets are
+    visible: none of these and no other random vehicle hides a target's nearest point from the
+    middle of the viewing vehicle's front. Streets of one seed that differ only in the number of
+    targets share their carriers and the targets of the smaller street, up to `LEAST_DRAWN` targets.
 
     Parameters
     ----------
@@ -204,7 +206,7 @@ class RandomTraffic(Spec):
 
     def _places(self, street: Street, eye: Eye, streams: Streams) -> list[Place]:
         """Places of all carriers, then of at least `LEAST_DRAWN` targets if they fit."""
-        taken = {vehicle.name: _bounds(vehicle) for vehicle in street.vehicles}
+        taken = {body.name: _bounds(body) for body in (*street.vehicles, *street.road_users)}
         wanted = max(self.num_targets, LEAST_DRAWN)
         shortest = min(vehicle_size(body)[0] for body in RANDOM_BODIES)
         # bound on the vehicles that fit on all lanes within the carriers' reach, twice the targets'
@@ -304,7 +306,7 @@ class RandomTraffic(Spec):
         return Point(name=name, x=x, y=y, z=POINT_HEIGHT, rcs=self.rcs, velocity=velocity)
 
 
-def _bounds(vehicle: Vehicle) -> Rectangle:
-    _, corners = vehicle.footprint()
+def _bounds(body: Vehicle | RoadUser) -> Rectangle:
+    _, corners = body.footprint()
     low, high = corners.min(axis=0), corners.max(axis=0)
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])

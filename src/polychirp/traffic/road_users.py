@@ -7,6 +7,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
+from polychirp.axes import FloatArray
 from polychirp.errors import InputError
 from polychirp.frames import Pose
 from polychirp.model.moving_parts import Movement, MovingParts
@@ -79,6 +80,19 @@ class _RoadUser(Spec):
     def movement(self) -> Movement:
         """The parts of the body as they move in its own frame."""
         raise NotImplementedError
+
+    def footprint(self) -> tuple[str, FloatArray]:
+        """Name, and corners ``(4, xy)``, m, of the rectangle around the body at time 0."""
+        parts = self.movement.parts_at(0.0)
+        solids, rods = parts.ellipsoids, parts.rods
+        centre = np.concatenate([solids.centre, rods.centre])
+        half = np.concatenate(
+            [np.linalg.norm(solids.axes, axis=1), np.abs(rods.reach) + rods.radius[:, None]]
+        )
+        rear, right, _ = (centre - half).min(axis=0)
+        front, left, _ = (centre + half).max(axis=0)
+        corners = np.array([[rear, right, 0], [front, right, 0], [front, left, 0], [rear, left, 0]])
+        return self.name, Pose(x=self.x, y=self.y, yaw=self.heading).to_outer(corners)[:, :2]
 
     def actor(self) -> Actor:
         """The body with the movement of its parts."""

@@ -49,10 +49,11 @@ def test_the_template_names_every_key_and_shows_the_defaults(tmp_path: Path):
     full = read_parameters(path)
     named = set(re.findall(r"(?m)^#?(\w+) = ", TEMPLATE))
     assert named == {field.name for field in fields(CaptureParameters)}
-    derived = {"highest_beat", "spacing", "num_frames", "device"}
+    derived = {"highest_beat", "spacing", "num_frames", "device", "full_scale"}
     for name in named - derived:
         assert getattr(full, name) == getattr(plain, name), name
     assert full.highest_beat == pytest.approx(plain.usable_beat)
+    assert full.full_scale == plain.stored_full_scale
     assert full.spacing == pytest.approx(plain.array.spacing, rel=0.01)
 
 

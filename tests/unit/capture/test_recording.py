@@ -7,7 +7,7 @@ import pytest
 from polychirp.capture.dca1000 import open_raw
 from polychirp.capture.parameters import CaptureParameters
 from polychirp.capture.recording import from_array, open_numpy
-from polychirp.errors import InputError
+from polychirp.errors import InputError, ModelWarning
 from tests.support.dca1000 import pack_complex, pack_real, write_raw
 
 PARAMETERS = CaptureParameters(
@@ -184,6 +184,36 @@ def test_what_is_written_raw_is_read_again(tmp_path: Path, device, sampling: str
     expected = frames if sampling == "complex" else frames.real
     for number in range(2):
         np.testing.assert_array_equal(recording.read(number), expected[number])
+
+
+@pytest.mark.parametrize("bits", [12, 14])
+def test_samples_of_fewer_bits_get_their_sign_back(tmp_path: Path, bits: int):
+    """The card stores −1 of 12 bits as 0x0FFF; full scale is 2048."""
+    half = 2 ** (bits - 1)
+    frames = np.random.default_rng(bits).integers(-half, half, (2, *SHAPE, 2)) @ [1, 1j]
+    path, cut = tmp_path / "walk.bin", 2**bits - 1
+    bare = (frames.real.astype(int) & cut) + 1j * (frames.imag.astype(int) & cut)
+    write_raw(path, bare, device="xwr16xx", is_complex=True)
+    parameters = replace(PARAMETERS, adc_bits=bits, full_scale=None)
+    found = open_raw(path, parameters).frame(1).samples
+    np.testing.assert_array_equal(found, frames[1] / half)
+
+
+def test_a_receiver_that_holds_only_zeros_is_named():
+    stored = words(1, 6, 3, 8)
+    stored[:, :, 1] = 0.0
+    with pytest.warns(ModelWarning, match=r"x: frame 0 .* zeros of receiver 1; check"):
+        from_array(stored, PARAMETERS, name="x").frame(0)
+
+
+def test_a_mirrored_line_is_mirrored_with_its_transmitters():
+    """Virtual elements of two transmitters and four receivers make one line from left to right."""
+    line = replace(PARAMETERS, num_receivers=4, num_transmitters=2)
+    for side, step in (("right", 1.0), ("left", -1.0)):
+        array = replace(line, first_receiver=side).array
+        receivers = array.position[:: int(step), 1]  # in the order of the file
+        virtual = (array.transmit_position[:, None, 1] + receivers).ravel() / array.spacing
+        assert np.diff(virtual) == pytest.approx(np.full(7, step))
 
 
 def numbered(receivers: int, samples: int) -> np.ndarray:

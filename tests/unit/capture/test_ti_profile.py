@@ -175,6 +175,22 @@ def test_two_transmitters_may_share_the_chirps_by_a_binary_code(tmp_path):
     assert read_commands(tmp_path, text + "bpmCfg -1 0 0 1\n").sharing == "together"
 
 
+@pytest.mark.parametrize(("code", "bits"), [(0, 12), (1, 14), (2, 16)])
+def test_the_number_of_bits_is_read(tmp_path, code, bits):
+    found = read_commands(tmp_path, COMMANDS.replace("adcCfg 2 1", f"adcCfg {code} 1"))
+    assert found.chirps.adc_bits == bits
+    assert found.chirps.stored_full_scale == 2 ** (bits - 1)
+
+
+def test_phases_that_turn_a_beam_are_told(tmp_path):
+    """TX2 by half a turn, 32 steps of 5.625° from bit 10 on."""
+    text = COMMANDS.replace(" 0 0 0 0 1\n", " 0 0 0 0 5\n").replace(" 0 0 0 0 4\n", " 0 0 0 0 5\n")
+    assert not any("txPhaseShifter" in note for note in read_commands(tmp_path, text).notes)
+    turned = text.replace("6 40 0 0 30", f"6 40 0 {32 << 10} 30")
+    assert turned != text
+    assert any("txPhaseShifter" in note for note in read_commands(tmp_path, turned).notes)
+
+
 def test_variations_of_a_chirp_are_added_to_its_profile(tmp_path):
     """50 MHz, which the command has in Hz; 100 kHz/µs; 3 and 1 µs."""
     text = COMMANDS.replace("0 0 0 0 0 1\n", "0 5e7 100 3 1 1\n").replace(
@@ -211,6 +227,7 @@ def test_variations_of_a_chirp_are_added_to_its_profile(tmp_path):
         (" 0 0 0 0 4\n", " 0 0 0 0 5\n", "neither take turns"),
         ("channelCfg 15 5", "channelCfg 11 5", "rxChannelEn: 0xb"),
         ("channelCfg 15 5", "channelCfg 0 5", "rxChannelEn"),
+        ("adcCfg 2 1", "adcCfg 3 1", "numADCBits: 3 is not supported"),
         ("adcCfg 2 1", "adcCfg 2 3", "adcOutputFmt: 3 is not supported"),
         ("adcCfg 2 1", "adcCfg 2", "adcCfg: adcOutputFmt is missing"),
         ("dfeDataOutputMode 1", "dfeDataOutputMode 3", "dfeDataOutputMode: only frames"),

@@ -1,11 +1,13 @@
 """``compare`` runs several studies of one grid and compares the schemes of its last axis."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from polychirp.axes import axes_of
 from polychirp.cli import compare
 from polychirp.cli.app import main
 from polychirp.config.monte_carlo import completed, load_plan
@@ -13,7 +15,7 @@ from polychirp.model.baseband import no_progress
 from polychirp.scoring.statistics import mean_count, ratio_difference
 from polychirp.study.monte_carlo.comparison import comparison
 from polychirp.study.monte_carlo.records import NATURES
-from polychirp.study.monte_carlo.results import load_results
+from polychirp.study.monte_carlo.results import Results, load_results
 from polychirp.study.monte_carlo.run import STORE, run_plan
 from polychirp.study.spec import schedule_of
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
@@ -180,3 +182,25 @@ def test_the_mitigations_of_the_league_are_an_axis_beside_its_schemes():
     kinds = {str(getattr(point.study.receiver.mitigation, "kind", None)) for point in plan.points}
     assert kinds == {"None", "blanking", "stft-excision"}
     assert all(point.command is None for point in plan.points)
+
+
+def test_a_trial_is_one_draw_whatever_the_number_of_its_victims(files, tmp_path):
+    """Three victims whose frames are alike add nothing: same values, same intervals."""
+    plan = load_plan("small.toml", common=["grid.toml"])
+    run_plan(plan, folder=tmp_path / "run", executor=MadeUp(), progress=no_progress)
+    one = load_results(tmp_path / "run" / STORE)
+    rng = np.random.default_rng(1)
+    one = replace(one, lost=(rng.uniform(size=(*one.lost.shape[:3], 8)) < 0.3).astype(float))
+    alike = {
+        name: np.repeat(getattr(one, name), 3, axis=2)
+        for name, axes in axes_of(Results).items()
+        if "victim" in axes
+    }
+    three = replace(one, victim=("a", "b", "c"), **alike)
+    for single, triple in zip(
+        *(comparison({"small": results}) for results in (one, three)), strict=True
+    ):
+        for name in ("detection", "ghosts", "errors", "behind", "lost", "longest_loss"):
+            expected, found = getattr(single, name), getattr(triple, name)
+            assert found.value == pytest.approx(expected.value)
+            assert found.half_width == pytest.approx(expected.half_width, rel=0.02)

@@ -71,9 +71,12 @@ def test_octave_runs_the_lines_of_the_guide(run, tmp_path):
     assert name == "van"
 
 
-def test_samples_beyond_the_limit_of_matlab_files_are_refused(run, tmp_path, monkeypatch):
-    monkeypatch.setattr("polychirp.exchange.matlab.LARGEST_VARIABLE", 1000)
-    with pytest.raises(CapabilityError, match="export to hdf5"):
+def test_victims_beyond_the_limit_of_a_matlab_variable_are_refused(run, tmp_path, monkeypatch):
+    """All victims are in one variable, so that the sum of their arrays counts."""
+    largest = max(8 * victim.parts.samples.size for victim in run.victims)
+    assert len(run.victims) > 1
+    monkeypatch.setattr("polychirp.exchange.matlab.LARGEST_VARIABLE", largest)
+    with pytest.raises(CapabilityError, match=r"2 victims of this run need .*export to hdf5"):
         writer_of("mat")(run, tmp_path)
 
 

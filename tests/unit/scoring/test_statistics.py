@@ -105,6 +105,16 @@ def test_variants_that_never_differ_may_still_differ_rarely():
     assert same.high == pytest.approx(1 - 0.025 ** (1 / 100))
 
 
+@pytest.mark.parametrize("trials", [3, 7, 20, 100])
+def test_variants_that_always_differ_alike_do_so_whatever_rounding_says(trials):
+    """One target of ten more in every trial: ±(1 − 0.025^(1/n)) about 0.1."""
+    found = np.random.default_rng(trials).integers(1, 11, trials).astype(float)
+    seen = np.full(trials, 10.0)
+    more = ratio_difference((found, seen), (found - 1.0, seen))
+    assert more.value == pytest.approx(0.1)
+    assert more.half_width == pytest.approx(1 - 0.025 ** (1 / trials))
+
+
 def test_the_difference_of_a_mean_is_students():
     rng = np.random.default_rng(6)
     one, two, ones = rng.poisson(2.0, 50), rng.poisson(1.0, 50), np.ones(50)

@@ -373,6 +373,16 @@ def test_the_mean_of_what_is_stored_is_what_is_summed_up(done):
         assert row.missed.value * row.num_trials == np.sum(seen == 0.0)
 
 
+def test_errors_of_targets_out_of_sight_are_not_counted(done):
+    """A target out of sight that is detected all the same, 1 m off, changes no rms error."""
+    results = done[0].results
+    detected, error = results.detected.copy(), results.range_error.copy()
+    detected[..., 1], error[..., 1] = np.nan, 1.0
+    hidden = replace(results, detected=detected, range_error=error)
+    assert all(row.range_rmse.value == pytest.approx(ERROR) for row in summaries(hidden))
+    assert all(row.range_rmse.value == pytest.approx(0.0) for row in differences(hidden))
+
+
 def test_differences_are_between_neighbours_on_an_axis(done):
     rows = differences(done[0].results)
     assert [(row.axis, row.labels) for row in rows] == [

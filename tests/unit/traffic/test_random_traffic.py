@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from polychirp.errors import InputError
 from polychirp.rng import Streams
 from polychirp.traffic.placing import is_clear, nearest_point
 from polychirp.traffic.random_traffic import Lane, RandomTraffic
+from polychirp.traffic.road_users import Bicycle, Motorcycle
 from polychirp.traffic.street import Street, Vehicle, overlap
 from polychirp.traffic.vehicle import vehicle_size
 
@@ -33,6 +34,25 @@ def test_no_two_vehicles_collide_and_those_of_a_lane_keep_their_gap() -> None:
                 boxes = [car.footprint()[1][:, 0] for car in (first, second)]
                 behind, ahead = sorted(boxes, key=lambda x: float(x.min()))
                 assert ahead.min() - behind.max() >= TRAFFIC.gap
+
+
+def test_road_users_of_the_street_are_left_room() -> None:
+    rider = Motorcycle(name="moto", x=14.0, y=-1.75, speed=10.0)
+    bicycle = Bicycle(name="bike", x=20.0, y=1.0, speed=5.0)
+    crowded = replace(STREET, motorcycles=(rider,), bicycles=(bicycle,))
+    for seed in range(40):
+        street = TRAFFIC.on(crowded, Streams(seed))
+        for car, user in product(street.vehicles, (rider, bicycle)):
+            assert not overlap(car.footprint()[1], user.footprint()[1])
+
+
+def test_a_motorcycle_covers_its_length() -> None:
+    """2.1 m along its heading, less than 1 m across."""
+    _, corners = Motorcycle(name="moto", x=5.0, y=1.0, heading=0.5 * math.pi).footprint()
+    size = np.ptp(corners, axis=0)
+    assert 0.4 < size[0] < 1.0
+    assert 1.8 < size[1] < 2.4
+    assert corners.mean(axis=0) == pytest.approx([5.0, 1.0], abs=0.2)
 
 
 def test_vehicles_drive_as_their_lanes_allow() -> None:

@@ -36,9 +36,9 @@ class Cell:
     scheme : label on the last axis
     num_trials : number of trials with a result
     detection : probability that a target in sight is detected
-    ghosts, unexplained : mean number in a trial; ``unexplained`` are those ghosts that no signal of
+    ghosts, unexplained : mean number in a frame; ``unexplained`` are those ghosts that no signal of
         a radar explains
-    errors : mean number of missed targets and ghosts in a trial
+    errors : mean number of missed targets and ghosts in a frame
     behind : mean number of errors less that of the condition's best scheme, trials paired
     lost, longest_loss : share of frames that interference takes, and mean of the greatest number
         in a row; unknown but for rules that act from frame to frame
@@ -64,18 +64,23 @@ class Cell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Counts:
-    """Counts of one point: numbers of the trials with a result, and for each of them the rest."""
+    """Counts of one point: numbers of the trials with a result, and for each of them the rest.
+
+    ``found`` and ``seen`` are sums over the victims of a trial; ``ghosts``, ``unexplained`` and
+    ``missed`` are means over them, which are the numbers in a frame.
+    """
 
     trial: FloatArray
     found: FloatArray
     seen: FloatArray
+    missed: FloatArray
     ghosts: FloatArray
     unexplained: FloatArray
 
     @property
     def errors(self) -> FloatArray:
-        """Missed targets and ghosts of every trial, ``(trial,)``."""
-        return np.asarray(self.seen - self.found + self.ghosts)
+        """Missed targets and ghosts in a frame of every trial, ``(trial,)``."""
+        return np.asarray(self.missed + self.ghosts)
 
 
 def refuse_unlike(plans: Sequence[Plan]) -> None:
@@ -139,7 +144,7 @@ def _cells(scenario: str, results: Results) -> Iterator[Cell]:
             continue
         best = min(known.values(), key=lambda one: float(one.errors.mean()))
         for point, one in known.items():
-            frames = losses(np.concatenate([*np.moveaxis(results.lost[point], 1, 0)]))
+            frames = losses(results.lost[point])
             yield Cell(
                 scenario=scenario,
                 condition=condition,
@@ -165,11 +170,14 @@ def _behind(one: _Counts, best: _Counts) -> Estimate:
 def _counts(results: Results, point: int) -> _Counts:
     was_run = ~np.any(np.isnan(results.num_detections[point, :, :, 0]), axis=1)
     detected = results.detected[point, was_run]
-    numbers = results.num_detections[point, was_run].sum(axis=1)
+    numbers = results.num_detections[point, was_run].mean(axis=1)
+    found = np.nansum(detected, axis=(1, 2))
+    seen = np.sum(~np.isnan(detected), axis=(1, 2)).astype(np.float64)
     return _Counts(
         trial=np.flatnonzero(was_run).astype(np.float64),
-        found=np.nansum(detected, axis=(1, 2)),
-        seen=np.sum(~np.isnan(detected), axis=(1, 2)).astype(np.float64),
+        found=found,
+        seen=seen,
+        missed=(seen - found) / detected.shape[1],
         ghosts=numbers[:, _IS_GHOST].sum(axis=1),
         unexplained=numbers[:, _UNEXPLAINED],
     )

@@ -1,12 +1,12 @@
 """Estimates from results: for each point, and for differences of two points along an axis."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import BoolArray, FloatArray
 from polychirp.model.frame_history import frames_until_free, longest_run
 from polychirp.scoring.causes import Nature
 from polychirp.scoring.statistics import (
@@ -52,8 +52,8 @@ class Summary:
     floor_rise : power ratio, median over trials
     snr, inr, sinr, mitigated_sinr : power ratios in the cells of targets in sight, detected or not:
         medians over targets and trials; the last after mitigation, the others before it
-    range_rmse, range_rate_rmse, azimuth_rmse, elevation_rmse : rms errors of detected targets, m,
-        m/s, rad, rad
+    range_rmse, range_rate_rmse, azimuth_rmse, elevation_rmse : rms errors of detected targets in
+        sight, m, m/s, rad, rad
     lost : share of the frames that interference takes, of a rule that acts from frame to frame
     longest_loss, until_free : mean of the greatest number of frames lost in a row, and of the
         number lost before the first free one
@@ -143,7 +143,8 @@ def _counts(results: Results, point: int, victim: int) -> _Counts:
     detected = results.detected[point, was_run, victim]
     counts = results.num_detections[point, was_run, victim]
     errors = {
-        name: getattr(results, f"{name}_error")[point, was_run, victim] for name in ERROR_NAMES
+        name: in_sight_only(results, f"{name}_error")[point, was_run, victim]
+        for name in ERROR_NAMES
     }
     return _Counts(
         trial=np.flatnonzero(was_run).astype(np.float64),
@@ -153,6 +154,11 @@ def _counts(results: Results, point: int, victim: int) -> _Counts:
         unexplained=counts[:, _UNEXPLAINED],
         squares={name: _sum_of_squares(values) for name, values in errors.items()},
     )
+
+
+def in_sight_only(results: Results, name: str) -> FloatArray:
+    """The array ``name`` of `Results`, with NaN for targets out of sight, detected or not."""
+    return np.where(np.isnan(results.detected), np.nan, getattr(results, name))
 
 
 def _sum_of_squares(errors: FloatArray) -> FloatArray:
@@ -201,21 +207,27 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         range_rate_rmse=rms(counts.squares["range_rate"], counts.found),
         azimuth_rmse=rms(counts.squares["azimuth"], counts.found),
         elevation_rmse=rms(counts.squares["elevation"], counts.found),
-        **losses(results.lost[point, :, victim]),
+        **losses(results.lost[point, :, [victim]].swapaxes(0, 1)),
     )
 
 
 def losses(lost: FloatArray) -> dict[str, Estimate]:
-    """Estimates of `Summary` from frames that are lost (1) or not (0), ``(trial, frame)``.
+    """Estimates of `Summary` from frames that are lost (1) or not (0), ``(trial, victim, frame)``.
 
-    Trials with NaN, which were not run or whose rule has no frames, are left out.
+    A trial counts as one draw, whatever the number of its victims. Trials with NaN, which were not
+    run or whose rule has no frames, are left out.
     """
-    lost = lost[~np.any(np.isnan(lost), axis=1)] if lost.size else np.zeros((0, 0))
-    frames = [row == 1.0 for row in lost]
+    is_known = ~np.any(np.isnan(lost), axis=(1, 2)) if lost.size else np.zeros(len(lost), bool)
+    lost = lost[is_known]
+
+    def mean_over_victims(count: Callable[[BoolArray], int]) -> Estimate:
+        means = [np.mean([count(row) for row in frames]) for frames in lost == 1.0]
+        return mean_count(np.array(means, dtype=np.float64))
+
     return {
-        "lost": proportion(lost.sum(axis=1), np.full(len(lost), float(lost.shape[1]))),
-        "longest_loss": mean_count(np.array([float(longest_run(row)) for row in frames])),
-        "until_free": mean_count(np.array([float(frames_until_free(row)) for row in frames])),
+        "lost": proportion(lost.sum(axis=(1, 2)), np.full(len(lost), float(lost[0:1].size))),
+        "longest_loss": mean_over_victims(longest_run),
+        "until_free": mean_over_victims(frames_until_free),
     }
 
 

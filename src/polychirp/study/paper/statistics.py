@@ -24,6 +24,7 @@ from polychirp.study.monte_carlo.run import run_plan
 from polychirp.study.monte_carlo.summary import (
     Difference,
     Summary,
+    in_sight_only,
     paired_difference,
     summaries,
 )
@@ -188,9 +189,9 @@ def _row(summary: Summary, results: Results, point: int) -> StatisticsRow:
         range_rmse_m=_interval(summary.range_rmse),
         azimuth_rmse_deg=_interval(summary.azimuth_rmse, scale=180.0 / math.pi),
         speed_rmse_kmh=_interval(summary.range_rate_rmse, scale=3.6),
-        range_median_m=_median(results.range_error[point]),
-        azimuth_median_deg=math.degrees(_median(results.azimuth_error[point])),
-        speed_median_kmh=3.6 * _median(results.range_rate_error[point]),
+        range_median_m=_median(in_sight_only(results, "range_error")[point]),
+        azimuth_median_deg=math.degrees(_median(in_sight_only(results, "azimuth_error")[point])),
+        speed_median_kmh=3.6 * _median(in_sight_only(results, "range_rate_error")[point]),
         floor_rise_db=float(to_db(summary.floor_rise)),
         detection_gain=None if gain is None else _interval(gain.detection),
         ghosts_gain=None if gain is None else _interval(gain.ghosts),

@@ -54,7 +54,8 @@ class Oscillating:
 
     If the oscillators of victim and transmitter are ideal, the samples are the inner engine's, at
     no cost. Otherwise the inner engine is also called once per node of delay, at a sample rate of
-    8.5 times the filter's `stopband` or more. At the default level of noise the error is 1e-6 of
+    8.5 times the filter's `stopband` or more; errors of the ramps raise it for other radars'
+    signals. At the default level of noise the error is 1e-6 of
     the strongest sample, and 2e-5 where windows contain ends of ramps; the signals that are aliased
     into the band are of fourth order in the phase error.
 
@@ -96,7 +97,17 @@ class Oscillating:
         pair = (scene.radars[victim], scene.radars[transmitter])
         if all(radar.oscillator.is_ideal for radar in pair):
             return samples
-        wide = Wide.of(scene, schedules[victim], victim, highest_offset(scene))
+        shortest = float(min(schedules[n].duration.min() for n in (victim, transmitter)))
+        wide = Wide.of(
+            scene,
+            schedules[victim],
+            victim,
+            highest=highest_offset(scene),
+            # in a radar's own echoes, both errors are nearly the same
+            excursion=sum(ramp_error_bandwidth(radar, shortest) for radar in pair)
+            if victim != transmitter
+            else 0.0,
+        )
         paths = [_between(shot, victim, transmitter) for shot in snapshots]
         added = self._added(wide, schedules, paths, victim, transmitter, num_parts=len(samples))
         for part, signal in enumerate(added):
@@ -160,6 +171,12 @@ def highest_offset(scene: Scene) -> float:
     return HIGHEST_OFFSET_STOPBANDS * max(radar.if_filter.stopband for radar in scene.radars)
 
 
+def ramp_error_bandwidth(radar: Radar, shortest: float) -> float:
+    """By how much the radar's ramp error widens a ramp of ``shortest`` s on each side, Hz."""
+    error = radar.oscillator.ramp_error
+    return 0.0 if error is None else error.bandwidth(shortest)
+
+
 def shared(
     snapshots: Sequence[PropagationPaths], sender: Radar, *, highest: float, shortest: float
 ) -> Iterator[tuple[float, tuple[PropagationPaths, ...]]]:
@@ -167,7 +184,7 @@ def shared(
 
     .. math:: \theta(t-\tau) \approx \sum_k \ell_k(\tau)\, \theta(t-\tau_k)
 
-    for groups of delays that are half a cycle of the highest offset wide, with Lagrange's
+    for groups of delays that are half a cycle of the highest frequency of θ wide, with Lagrange's
     polynomials ℓ on Chebyshev's nodes of each group.
 
     Parameters
@@ -179,7 +196,7 @@ def shared(
     """
     delays = [shot.delay for shot in snapshots]
     every = np.concatenate(delays)
-    width = 0.5 / highest
+    width = 0.5 / max(highest, ramp_error_bandwidth(sender, shortest))
     for group in np.unique(np.floor(every / width)):
         inside = [np.floor(delay / width) == group for delay in delays]
         among = every[np.floor(every / width) == group]
@@ -219,13 +236,12 @@ def _error(sender: Radar, half: float, count: int, highest: float, shortest: flo
     """Error of K = ``count`` nodes, rad rms: 2(πfa)^K/K! of a wave of frequency f, a = ``half``."""
     total = 0.0
     scale = 2.0 * half**count / math.factorial(count)  # first omitted term of Jacobi–Anger
-    noise, ramp_error = sender.oscillator.phase_noise, sender.oscillator.ramp_error
+    noise = sender.oscillator.phase_noise
     if noise is not None:
         f = np.geomspace(1e-3 * highest, highest, 200)
         error = scale * (np.pi * f) ** count
         total += float(np.trapezoid(2.0 * noise.density(f) * error**2, f))
-    if ramp_error is not None:
-        total += (scale * (np.pi * ramp_error.bandwidth(shortest)) ** count) ** 2
+    total += (scale * (np.pi * ramp_error_bandwidth(sender, shortest)) ** count) ** 2
     return math.sqrt(total)
 
 

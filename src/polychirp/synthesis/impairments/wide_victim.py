@@ -60,17 +60,29 @@ class Wide:
     reach: int
 
     @classmethod
-    def of(cls, scene: Scene, schedule: RampSchedule, victim: int, highest: float) -> "Wide":
-        """The wide victim for errors with offsets up to ``highest`` Hz."""
+    def of(
+        cls,
+        scene: Scene,
+        schedule: RampSchedule,
+        victim: int,
+        *,
+        highest: float,
+        excursion: float,
+    ) -> "Wide":
+        """The wide victim for noise with offsets up to ``highest`` Hz.
+
+        Errors of the ramps shift beats by up to ``excursion`` Hz.
+        """
         radar = scene.radars[victim]
         edge, converter = radar.if_filter.stopband, radar.converter
+        shifted = highest + excursion + edge
         wide_filter = IfFilter(
-            passband=highest + edge,
-            stopband=highest + (1.0 + TRANSITION_STOPBANDS) * edge,
+            passband=shifted,
+            stopband=shifted + TRANSITION_STOPBANDS * edge,
             attenuation=WIDE_FILTER_ATTENUATION,
         )
         # signals that the errors shift beyond half the rate must not fold back into the band
-        most = wide_filter.stopband + highest + edge
+        most = wide_filter.stopband + shifted
         factor = math.ceil(most / converter.sample_rate)
         rate = factor * converter.sample_rate
         reach = math.ceil(0.5 * radar.if_filter.support * rate)
