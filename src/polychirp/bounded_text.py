@@ -34,7 +34,7 @@ long to read. Comments, strings and short keys match too, so that no key is foun
 
 
 def text_of(path: Path) -> str:
-    """Text of a file in UTF-8.
+    """Text of a file in UTF-8, without the byte-order mark that some editors write.
 
     `InputError` is raised if the file is too large, `OSError` if it cannot be read, and
     `UnicodeDecodeError` if it is not in UTF-8.
@@ -45,7 +45,7 @@ def text_of(path: Path) -> str:
         raise InputError(
             f"'{path}' is larger than {MOST_BYTES >> 20} MiB; it is not a file of this kind"
         )
-    return content.decode("utf-8")
+    return content.decode("utf-8-sig")
 
 
 def toml_tables(text: str) -> dict[str, Any]:

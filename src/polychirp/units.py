@@ -80,7 +80,7 @@ _EXAMPLE: Final = {
     "s": "1.5 ms",
     "m": "0.5 m",
     "m/s": "50 km/h",
-    "rad": "90 deg",
+    "rad": "30 deg",
     "rad/s": "20 deg/s",
     "W": "10 dBm",
     "dB": "4.5 dB",

@@ -1,6 +1,7 @@
 """Laws of what lies between IF filter and samples: each step against its closed form."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +25,12 @@ from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.impairments.adc import digitised, gains
 from polychirp.synthesis.impairments.front_end import reading
-from polychirp.synthesis.impairments.high_pass import coefficients, high_passed, with_lead
+from polychirp.synthesis.impairments.high_pass import (
+    coefficients,
+    high_passed,
+    refuse_unfollowed,
+    with_lead,
+)
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
@@ -196,8 +202,36 @@ def test_a_converter_that_cannot_follow_is_told_what_would_help():
         converter=Converter(margin=0.0),
         front_end=FrontEnd(high_pass=HighPass(corners=(350e3,))),
     )
-    with pytest.raises(InputError, match=r"raise the converter's margin to 8 µs"):
+    with pytest.raises(InputError, match=r"sample at 2 MS/s"):
         made(victim)
+
+
+def sampled_at_twice_the_stopband(stopband, corners, *, margin=1e-6, faster=1.0):
+    return Radar(
+        name="front",
+        if_filter=IfFilter(passband=0.9 * stopband, stopband=stopband, attenuation=from_db(60.0)),
+        converter=Converter(sample_rate=2.0 * faster * stopband, margin=margin),
+        front_end=FrontEnd(high_pass=HighPass(corners=corners)),
+    )
+
+
+def test_a_high_pass_may_be_sampled_at_twice_the_stop_edge():
+    """No filter of samples has the analog response at half the rate, where nothing arrives."""
+    refuse_unfollowed(sampled_at_twice_the_stopband(10e6, (50e3, 50e3)))
+
+
+def test_what_is_said_to_help_helps():
+    with pytest.raises(InputError, match=r"front_end\.high_pass: corners") as caught:
+        refuse_unfollowed(sampled_at_twice_the_stopband(4.652e6, (175e3,), margin=0.2e-6))
+    faster, margin = re.search(
+        r"at ([\d.]+) MS/s, or .* to ([\d.]+) µs", str(caught.value)
+    ).groups()
+    refuse_unfollowed(
+        sampled_at_twice_the_stopband(
+            4.652e6, (175e3,), margin=0.2e-6, faster=float(faster) / 9.304
+        )
+    )
+    refuse_unfollowed(sampled_at_twice_the_stopband(4.652e6, (175e3,), margin=float(margin) * 1e-6))
 
 
 def test_without_a_high_pass_nothing_is_looked_at_besides():
@@ -209,7 +243,7 @@ def test_without_a_high_pass_nothing_is_looked_at_besides():
 
 
 def test_the_response_of_the_fit_has_no_pole_but_the_analog_ones():
-    _, poles = coefficients(HighPass(corners=(1e5, 2e5)), rate=1e6, band=3e5, ahead=10)
+    _, poles, _ = coefficients(HighPass(corners=(1e5, 2e5)), IfFilter(), rate=1e6, ahead=10)
     assert np.sort(np.roots(poles)) == pytest.approx(np.exp(-2 * np.pi * np.array([0.2, 0.1])))
 
 

@@ -13,7 +13,7 @@ from polychirp.model.antenna import ISOTROPIC, AntennaArray, Place
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.spec import Spec
-from polychirp.units import Between, Hertz, HertzPerSecond, Metres, SamplesPerSecond, Seconds
+from polychirp.units import Between, Hertz, HertzPerSecond, Metres, SamplesPerSecond, Seconds, Unit
 
 AxisName = Literal["frame", "sweep", "transmitter", "receiver", "channel", "ramp", "fast"]
 Sampling = Literal["complex", "real"]
@@ -72,7 +72,7 @@ class CaptureParameters(Spec):
     num_frames : number of frames that the recording should have; not checked if not given
     """
 
-    start_frequency: Hertz
+    start_frequency: Annotated[float, Unit("Hz", least="1 GHz", greatest="1000 GHz")]
     slope: HertzPerSecond
     idle_time: Seconds
     ramp_end_time: Seconds

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from socket import SO_REUSEADDR, SOL_SOCKET, socket
 from typing import Any
@@ -41,8 +43,26 @@ def run(arguments: argparse.Namespace) -> int:
     _refuse_used_port(HOST, arguments.port)
     _compile()
     say(f"the page is at http://{HOST}:{arguments.port}; stop it with Ctrl-C")
-    serve(port=arguments.port, opens_browser=not arguments.no_browser)
+    with suppress(KeyboardInterrupt), _quiet_end():
+        serve(port=arguments.port, opens_browser=not arguments.no_browser)
+    say("the page is closed")
     return 0
+
+
+@contextmanager
+def _quiet_end() -> Iterator[None]:
+    """Leave out the tracebacks of requests that the end of the server cancels."""
+    import logging
+
+    def is_news(record: logging.LogRecord) -> bool:
+        return "CancelledError" not in record.getMessage() + str(record.exc_info)
+
+    log = logging.getLogger("uvicorn.error")
+    log.addFilter(is_news)
+    try:
+        yield
+    finally:
+        log.removeFilter(is_news)
 
 
 def _refuse_used_port(host: str, port: int) -> None:

@@ -48,7 +48,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("figures", metavar="FIGURE", nargs="*", help="figures to draw")
     parser.add_argument("--radar", metavar="NAME", help="of a run: draw this radar alone")
     parser.add_argument(
-        "--channel", metavar="N", type=int, default=0, help="of a run: channel of the spectrogram"
+        "--channel", metavar="N", type=int, help="of a run: channel of the spectrogram (default: 0)"
     )
     parser.add_argument(
         "--over", metavar="AXIS", help="of a study: axis of its grid to draw over (default: each)"
@@ -69,6 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     is_run = path.name != STUDY
     known = OF_RUNS if is_run else OF_STUDIES
     _refuse_unknown(arguments.figures, known, is_run=is_run)
+    _refuse_options(arguments, is_run=is_run)
     folder = usable_folder(arguments.out or path.parent)
     wanted = tuple(arguments.figures) or known
     drawings = _of_run if is_run else _of_study
@@ -87,6 +88,17 @@ def _refuse_unknown(names: list[str], known: tuple[str, ...], *, is_run: bool) -
             raise InputError(f"there is no figure '{name}' of {what}; there are {', '.join(known)}")
 
 
+def _refuse_options(arguments: argparse.Namespace, *, is_run: bool) -> None:
+    """Refuse options that have no effect on figures of what is stored."""
+    here, there = ("run", "study") if is_run else ("study", "run")
+    for option in ("over",) if is_run else ("radar", "channel"):
+        if getattr(arguments, option) is not None:
+            raise InputError(
+                f"--{option}: '{arguments.stored}' is a {here}, and only figures of a {there} take "
+                "this option; leave it out"
+            )
+
+
 def _of_run(
     path: Path, wanted: tuple[str, ...], arguments: argparse.Namespace
 ) -> Iterator[tuple[str, Drawing]]:
@@ -103,7 +115,7 @@ def _of_run(
             if not arguments.figures and name not in figures_of(victim):
                 continue
             say(f"drawing {name} of '{victim.name}'")
-            options = {"channel": arguments.channel} if name == "spectrogram" else {}
+            options = {"channel": arguments.channel or 0} if name == "spectrogram" else {}
             title = figure_text(f"{study.name} · radar '{victim.name}'")
             drawing = draw(name, victim, study.receiver, title=title, **options)
             yield name if len(stored.victims) == 1 else f"{name}-{number}", drawing
@@ -118,14 +130,14 @@ def _of_study(
         study_curves,
         study_differences,
     )
-    from polychirp.study.monte_carlo.results import load_results
+    from polychirp.study.monte_carlo.results import load_results, study_name
 
     results = load_results(path)
     axis_number(results, arguments.over or (results.axes[0][0] if results.axes else ""))
     drawn = {"curves": study_curves, "differences": study_differences}
     for name in wanted:
-        for number, (axis, labels) in enumerate(results.axes):
+        for axis, labels in results.axes:
             is_chosen = arguments.over in (None, axis)
             if is_chosen and (name == "curves" or len(labels) > 1):
-                title = figure_text(f"{path.parent.name}, over {axis}")
-                yield f"{name}-{number}", drawn[name](results, over=axis, title=title)
+                title = figure_text(f"{study_name(results)}, over {axis}")
+                yield f"{name}-{axis}", drawn[name](results, over=axis, title=title)

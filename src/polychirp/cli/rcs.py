@@ -210,6 +210,13 @@ def _check_size(name: str, mesh: Mesh, *, smallest: float) -> None:
         )
 
 
+def _lobe_width(mesh: Mesh, frequency: float) -> float:
+    """Least width of a lobe over azimuth, degrees: λ/2D of the mesh's horizontal diagonal D."""
+    corners = mesh.corners.reshape(-1, 3)[:, :2]
+    diagonal = math.dist(corners.min(axis=0), corners.max(axis=0))
+    return math.degrees(SPEED_OF_LIGHT / frequency / (2.0 * diagonal))
+
+
 def _report(
     arguments: argparse.Namespace, mesh: Mesh, found: CrossSections, window: float, folder: Path
 ) -> None:
@@ -221,9 +228,11 @@ def _report(
     place = "in the far field" if arguments.far else f"at {found.distance:.4g} m"
     place += f", elevation {math.degrees(found.elevation):g}°, {frequency / 1e9:g} GHz"
     middle = ", ".join(f"{x + 0.0:.2f}" for x in found.centre)
+    count = found.azimuth.size
     note = (
-        f"{mesh.num_faces} facets, {found.azimuth.size} aspects about ({middle}) m; free space, "
-        "no edge currents."
+        f"{mesh.num_faces} facets, {count} aspects about ({middle}) m, {360.0 / count:.3g}° apart; "
+        f"the body's lobes are {_lobe_width(mesh, frequency):.2g}° wide or more; free space, no "
+        "edge currents."
     )
     drawing = rcs_picture(
         found,

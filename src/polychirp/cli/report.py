@@ -40,7 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
         print(write_run_page(load_run(path), folder))
     else:
         from polychirp.report.study_page import write_study_page
-        from polychirp.study.monte_carlo.results import load_results
+        from polychirp.study.monte_carlo.results import load_results, study_name
 
-        print(write_study_page(load_results(path), folder, title=path.parent.resolve().name))
+        results = load_results(path)
+        print(write_study_page(results, folder, title=study_name(results)))
     return 0

@@ -91,7 +91,10 @@ def shown(estimate: Estimate, *, scale: float = 1.0, digits: int = 2) -> str:
 
 
 def _short(value: float, digits: int) -> str:
-    """The value with ``digits`` decimals; with two significant digits below 10^(1 − digits)."""
-    if value == 0.0 or abs(value) >= 10.0**-digits * 10:
+    """The value with ``digits`` decimals; with two significant digits below 10^(1 − digits).
+
+    A value that is nothing beside these decimals is 0.
+    """
+    if abs(value) < 1e-3 * 10.0**-digits or abs(value) >= 10.0**-digits * 10:
         return f"{value:.{digits}f}"
     return f"{value:.2g}"

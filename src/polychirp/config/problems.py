@@ -33,10 +33,14 @@ def _locate(loc: Sequence[str | int], spec: type) -> tuple[Place, Any]:
     place: list[str | int] = []
     here: Any = spec
     owner: Any = spec
+    is_chosen = False
     for part in loc:
         members = {_kind(member): member for member in _members(here)}
-        if part in members and part != "":
-            here = members[part]
+        chosen = members.get(part) if isinstance(part, str) and part else None
+        # after a member's name there is a key, even if it is the same word
+        is_chosen = chosen is not None and not is_chosen
+        if is_chosen:
+            here = chosen
             continue
         place.append(part)
         owner, here = here, _below(here, part)

@@ -130,8 +130,10 @@ class LivePage:
         self.dark.value = not self.dark.value
         self._draw()
 
-    def _copy(self, text_of: Callable[[LiveSettings], str]) -> None:
-        ui.clipboard.write(text_of(self.settings))
+    def _copy(self, text_of: Callable[..., str]) -> None:
+        traced = study_of(self.settings, is_traced=True)
+        is_traced = self.look is not None and self.look.study == traced
+        ui.clipboard.write(text_of(self.settings, is_traced=is_traced))
         ui.notify("copied")
 
     # ── looks ───────────────────────────────────────────────────────────────

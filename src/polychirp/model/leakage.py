@@ -2,10 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from polychirp.errors import InputError
 from polychirp.spec import Spec
 from polychirp.units import Metres, Radians, Ratio, Seconds, from_db
+
+LONGEST_LEAKAGE: Final = 1e-6
+"""Greatest delay of a leakage, s. Chosen: 300 m of air refuse wrong units, but no radar."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,7 +23,7 @@ class Leakage(Spec):
 
     Parameters
     ----------
-    isolation : I, ratio of powers, above 0 (35 dB is 3162)
+    isolation : I, ratio of powers, at least 1 (35 dB is 3162)
     delay : s, of the leakage after the mixer's reference signal; 0.2 ns, chosen, are 6 cm of air
     phase : rad, which is added to the phase that the delay causes
     """
@@ -29,10 +33,18 @@ class Leakage(Spec):
     phase: Radians = 0.0
 
     def __post_init__(self) -> None:
-        if not self.isolation > 0:
-            raise InputError("a leakage needs an isolation; write it like '35 dB'")
+        if not self.isolation >= 1.0:
+            raise InputError(
+                "the isolation of a leakage is below 0 dB, which would amplify; write it like "
+                "'35 dB', without a minus"
+            )
         if self.delay < 0:
             raise InputError("the delay of a leakage is negative; use 0 s or more")
+        if self.delay > LONGEST_LEAKAGE:
+            raise InputError(
+                f"the delay of a leakage is {self.delay:g} s; use at most "
+                f"{LONGEST_LEAKAGE * 1e6:g} us, as for '0.2 ns' within a radar"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -71,6 +71,11 @@ class PhaseNoise(Spec):
             )
         if not min(self.level) > 0:
             raise InputError("a level of phase noise must be above zero; leave zero noise out")
+        if max(self.level) > 1.0:
+            raise InputError(
+                f"a level of phase noise is {10 * np.log10(max(self.level)):.3g} dBc/Hz; levels "
+                "are below 0, as in '-93 dBc/Hz'"
+            )
 
     def density(self, frequency: FloatArray) -> FloatArray:
         """L, rad²/Hz on each side of the carrier, at offsets ``(…,)`` in Hz of either sign."""

@@ -30,11 +30,11 @@ def write_study_page(results: Results, folder: Path, *, title: str) -> Path:
     files = folder / "figures"
     files.mkdir(parents=True, exist_ok=True)
     shown = []
-    for number, (axis, labels) in enumerate(results.axes):
-        drawn = {f"curves-{number}": (study_curves, f"Every estimate over {axis}.")}
+    for axis, labels in results.axes:
+        drawn = {f"curves-{axis}": (study_curves, f"Every estimate over {axis}.")}
         if len(labels) > 1:
             caption = f"Differences from the first {axis}, of the same trials."
-            drawn[f"differences-{number}"] = (study_differences, caption)
+            drawn[f"differences-{axis}"] = (study_differences, caption)
         for name, (draw, caption) in drawn.items():
             drawing = draw(results, over=axis, title=title)
             picture = drawing.save(files, name, formats=("png", "svg"))

@@ -49,6 +49,7 @@ from polychirp.receiver.selection import (
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 from polychirp.receiver.stepped.chain import MfskReceiver
 from polychirp.receiver.stepped.staircase import unreadable as unstepped
+from polychirp.study.access_limits import access_in_vain, refuse_long_frames
 from polychirp.study.random_draw import sample_street
 from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
@@ -83,8 +84,11 @@ GREATEST_GUARD: Final = 0.1
 """Greatest guard of a mitigation, as a share of the shortest ramp, without a warning. Chosen: with
 a longer guard on either side, each burst removes more than a fifth of a ramp."""
 
-# a complex128 sample; the sources of the three times are in `Derived.cost`
+# a complex128 sample; the sources of the times are in `Derived.cost`
 _BYTES_OF_A_SAMPLE = 16
+_SECONDS_TO_BEGIN = 2.0
+_SECONDS_OF_KERNELS = 5.0
+_SECONDS_OF_A_VEHICLE = 1.0
 _SECONDS_OF_A_TRACE = 0.08
 _SECONDS_OF_A_SAMPLE = 1e-6
 _SECONDS_OF_A_RECEIVER = 2.0
@@ -175,7 +179,8 @@ class Derived:
     num_snapshots : number of times for which the paths are computed
     is_receiver_chosen : True if the receiver "auto" chose the kind of every radar's receiver
     memory : bytes of the samples of all victims' frames and of their parts
-    cost : s on one core, a rough estimate: 0.08 s for each snapshot and pair of radars, as measured
+    cost : s on one core, a rough estimate: 2 s to begin; with a tracer of facets 5 s for its
+        kernels and 1 s for each vehicle; 0.08 s for each snapshot and pair of radars, as measured
         on the paper's street of eight vehicles; 1 µs for each sample; 2 s for each victim's
         receiver. A street with more bodies takes longer, and so does the first run, which compiles
         the kernels
@@ -214,7 +219,8 @@ def check(study: Study) -> Derived:
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
         for the guard of the receiver's mitigation, an array is ambiguous
-        in its elements' beam, a target is out of reach or too fast for the receiver, beats that
+        in its elements' beam, transmitting elements are idle, a rule of access does not keep
+        radars apart, a target is out of reach or too fast for the receiver, beats that
         real samples fold are not filtered out, or a carrier or a mount is implausible.
     """
     try:
@@ -228,6 +234,7 @@ def check(study: Study) -> Derived:
         raise InputError(f"this study cannot run: {study.name}\n{lines}")
     schedules = schedules_of(study)
     refuse_too_large(study, schedules)
+    refuse_long_frames(study, schedules)
     radars = tuple(
         _derived(radar, schedule, study.receiver)
         for radar, schedule in zip(study.radars, schedules, strict=True)
@@ -252,7 +259,11 @@ def check(study: Study) -> Derived:
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
     _warn_of_ambiguity(study, schedules)
-    for sentence in targets_out_of_reach(study, schedules):
+    for sentence in (
+        *_idle_elements(study, schedules),
+        *access_in_vain(study, schedules),
+        *targets_out_of_reach(study, schedules),
+    ):
         warnings.warn(sentence, ModelWarning, stacklevel=2)
     victims = [radars[i] for i in victim_indices(study)]
     frames = [schedules[i] for i in victim_indices(study)]
@@ -265,12 +276,33 @@ def check(study: Study) -> Derived:
         num_snapshots=snapshots,
         is_receiver_chosen=study.receiver.kind == "auto",
         memory=sum(victim.memory for victim in victims),
-        cost=_SECONDS_OF_A_TRACE * snapshots * len(radars) ** 2
+        cost=_SECONDS_TO_BEGIN
+        + _preparation(study)
+        + _SECONDS_OF_A_TRACE * snapshots * len(radars) ** 2
         + sum(
             _SECONDS_OF_A_SAMPLE * victim.memory / _BYTES_OF_A_SAMPLE + _SECONDS_OF_A_RECEIVER
             for victim in victims
         ),
     )
+
+
+def _preparation(study: Study) -> float:
+    """Time in which a tracer of facets loads its kernels and prepares the vehicles, s."""
+    if "facets" not in study.tracer.capabilities:
+        return 0.0
+    return _SECONDS_OF_KERNELS + _SECONDS_OF_A_VEHICLE * len(study.street.vehicles)
+
+
+def _idle_elements(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
+    """A sentence for each radar of whose transmitting elements the waveform drives only some."""
+    for radar, schedule in zip(study.radars, schedules, strict=True):
+        number, driven = radar.array.num_transmitters, schedule.num_elements
+        if driven < number:
+            yield (
+                f"'{radar.name}' has {number} transmitting elements, of which {driven} "
+                f"{'sends' if driven == 1 else 'send'}; give it a coding, such as coding.kind = "
+                "'time-division', or fewer elements"
+            )
 
 
 def _warn_of_carriers(study: Study, schedules: Sequence[RampSchedule]) -> None:

@@ -77,6 +77,8 @@ def test_what_cannot_be_drawn_is_told(stored, tmp_path, capsys):
         (["nothing"], "there is no run and no study in 'nothing'"),
         ([str(stored), "curves"], "there is no figure 'curves' of a run; there are range-profile"),
         ([str(stored), "ramps", "--radar", "frnt"], "no radar 'frnt'"),
+        ([str(stored), "--over", "seed"], "is a run, and only figures of a study take this"),
+        ([str(stored), "--channel", "1", "spectrogram"], "'spectrogram' is not expected here; put"),
     ):
         assert main(["plot", *arguments]) == 2
         assert message in capsys.readouterr().err
@@ -90,19 +92,23 @@ def test_curves_and_differences_of_a_study(tmp_path, capsys, monkeypatch):
     assert main(["plot", "out"]) == 0
     written = capsys.readouterr().out.splitlines()
     assert [line.split("/")[1] for line in written if line.endswith("csv")] == [
-        "curves-0.csv",
-        "curves-1.csv",
-        "differences-0.csv",
-        "differences-1.csv",
+        "curves-rcs.csv",
+        "curves-num_sweeps.csv",
+        "differences-rcs.csv",
+        "differences-num_sweeps.csv",
     ]
-    with (tmp_path / "out" / "curves-0.csv").open(encoding="utf-8") as file:
+    with (tmp_path / "out" / "curves-num_sweeps.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 4
     with (tmp_path / "out" / "summary.csv").open(encoding="utf-8") as file:
         expected = [row["detection"] for row in csv.DictReader(file)]
     assert [float(row["detection"]) for row in rows] == [float(value) for value in expected]
-    assert main(["plot", "out", "curves", "--over", "sweeps"]) == 2
-    assert "there is no axis 'sweeps'" in capsys.readouterr().err
+    for options, message in (
+        (["--over", "sweeps"], "there is no axis 'sweeps'"),
+        (["--channel", "1"], "--channel: 'out' is a study, and only figures of a run take"),
+    ):
+        assert main(["plot", "out", "curves", *options]) == 2
+        assert message in capsys.readouterr().err
 
 
 def test_numbers_are_drawn_to_scale_and_names_in_order():

@@ -368,3 +368,20 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_run(trial, capsys
 
 def test_an_azimuth_that_was_not_measured_is_a_dash():
     assert [_degrees(angle) for angle in (float("nan"), math.radians(-1.5))] == ["–", "-1.50°"]
+
+
+def test_check_reads_the_grid_of_a_study_too(trial, capsys):
+    """What `study` would refuse in [monte_carlo], `check` refuses."""
+    text = QUICKSTART.read_text(encoding="utf-8")
+    table = '[monte_carlo]\ntrials = 4\n[monte_carlo.grid]\n"seed.x" = ["1 ms"]\n'
+    Path("bad.toml").write_text(text.partition("[monte_carlo]")[0] + table, encoding="utf-8")
+    assert main(["check", "bad.toml"]) == 2
+    assert "bad.toml" in capsys.readouterr().err
+
+
+def test_a_byte_order_mark_is_read_over(trial, capsys):
+    """Notepad and PowerShell begin files with it."""
+    text = QUICKSTART.read_text(encoding="utf-8")
+    Path("marked.toml").write_text(text, encoding="utf-8-sig")
+    assert main(["check", "marked.toml"]) == 0
+    assert "range resolution" in capsys.readouterr().out

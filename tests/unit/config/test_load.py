@@ -163,3 +163,8 @@ def test_tables_that_only_a_file_has_are_among_the_known_keys():
     """They are taken out before the study is made."""
     with pytest.raises(InputError, match="montecarlo: unknown key; did you mean 'monte_carlo'"):
         study_of_tables({"name": "x", "montecarlo": {}}, folder=Path())
+
+
+def test_an_unknown_key_that_is_also_a_kind_keeps_its_place():
+    line = refusal(waveform={"kind": "triangular", "triangular": 3})[-1]
+    assert line.strip().startswith("waveform.triangular: unknown key; known are kind, ")

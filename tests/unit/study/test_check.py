@@ -11,6 +11,7 @@ from polychirp.channel.tracers.sionna import SionnaRt
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, InputError, ModelWarning, PhysicsError
 from polychirp.frames import Pose
+from polychirp.model.antenna import AntennaArray
 from polychirp.model.front_end import Digitiser, FrontEnd, HighPass
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.leakage import Bumper
@@ -39,6 +40,8 @@ from polychirp.waveform import (
     TimeDivision,
     Triangular,
 )
+from polychirp.waveform.access import Compass, Slots
+from polychirp.waveform.frame_rules import HopAfterHit
 
 PLAIN = Triangular(bandwidth=1e9, ramp_duration=1e-3)
 BUMPER = Pose(x=2.4, z=0.5)
@@ -88,7 +91,7 @@ def test_a_front_end_that_adds_parts_takes_their_memory():
 def test_a_high_pass_that_samples_cannot_follow_is_refused_before_the_run():
     steep = FrontEnd(high_pass=HighPass(corners=(350e3, 350e3)))
     radar = replace(FRONT, front_end=steep, converter=Converter(margin=0.0))
-    with pytest.raises(InputError, match="raise the converter's margin to 8 µs"):
+    with pytest.raises(InputError, match="raise the converter's margin to 15.14 µs"):
         check(replace(STUDY, radars=(radar,)))
 
 
@@ -388,3 +391,36 @@ def test_radars_of_two_bands_are_noted():
     said = [str(note.message) for note in notes if "powers are those at" in str(note.message)]
     assert any("'front' transmits at 24.1 GHz" in one and "-6.7 dB" in one for one in said)
     assert len(said) == 2
+
+
+def test_elements_that_never_send_are_noted():
+    array = AntennaArray(num_transmitters=3)
+    with pytest.warns(ModelWarning, match=r"'front' has 3 transmitting elements, of which 1 sends"):
+        check(replace(STUDY, radars=(replace(FRONT, array=array), OTHER)))
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        # 0.7 MHz over 1 MHz/µs
+        (Slots(slot=0.6e-6, num_slots=3), r"access.slot is 0.6 us.* up to 0.7 us apart"),
+        (Compass(num_bands=2, spacing=0.9e9), r"access.spacing is 900 MHz.* covers 1000 MHz"),
+    ],
+)
+def test_rules_of_access_that_keep_nobody_apart_are_noted(rule, message):
+    study = replace(STUDY, radars=(FRONT, replace(OTHER, waveform=PLAIN)))
+    with pytest.warns(ModelWarning, match=message):
+        check(replace(study, access=rule))
+
+
+@pytest.mark.parametrize(
+    "rule", [Slots(slot=0.8e-6, num_slots=3), Compass(num_bands=2, spacing=1.1e9)]
+)
+def test_rules_of_access_that_keep_radars_apart_are_not(rule):
+    study = replace(STUDY, radars=(FRONT, replace(OTHER, waveform=PLAIN)))
+    check(replace(study, access=rule))
+
+
+def test_frames_longer_than_their_interval_are_refused():
+    with pytest.raises(InputError, match=r"a frame of radar 'front' lasts 32 ms, and the next one"):
+        check(replace(STUDY, access=HopAfterHit(frame_interval=30e-3)))

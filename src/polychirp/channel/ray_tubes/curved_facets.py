@@ -88,9 +88,14 @@ def corner_normals(surface: Surface) -> FloatArray:
     point = row_codes(place, np.zeros(len(place), dtype=np.int64))
     order = np.argsort(point, kind="stable")
     total = weighted.copy()
-    for step in range(1, int(np.max(np.bincount(point), initial=1))):
-        one, other = order[:-step], order[step:]
-        near = (point[one] == point[other]) & _is_smooth(face[one], face[other])
+    size = np.bincount(point)
+    # for every place in the order, the number of corners at its point from there on
+    rest = np.cumsum(size)[point[order]] - np.arange(order.size)
+    begin = np.arange(order.size)
+    for step in range(1, int(size.max(initial=1))):
+        begin = begin[rest[begin] > step]
+        one, other = order[begin], order[begin + step]
+        near = _is_smooth(face[one], face[other])
         one, other = one[near], other[near]
         # a corner occurs at most once in each of the two lists
         total[one] += weighted[other]

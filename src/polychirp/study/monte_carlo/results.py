@@ -22,6 +22,7 @@ trials is thus the detection probability.
 
 from __future__ import annotations
 
+import json
 import shutil
 import warnings
 from collections.abc import Iterable, Sequence
@@ -182,6 +183,11 @@ class Results:
         """Label of a point on each axis."""
         numbers = np.unravel_index(point, self.shape) if self.shape else ()
         return tuple(labels[int(n)] for (_, labels), n in zip(self.axes, numbers, strict=True))
+
+
+def study_name(results: Results) -> str:
+    """Name of the study whose results these are."""
+    return str(json.loads(results.origin.study)["name"])
 
 
 def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialRecord]) -> Results:

@@ -27,7 +27,8 @@ from polychirp.model.radar import Radar
 from polychirp.model.scene import Scene
 
 RESPONSE_TOLERANCE: Final = 5e-3
-"""Greatest error of the response in the fitted band (`_band`); chosen: usual fits reach 1e-3."""
+"""Greatest error, in the fitted band (`_band`), of the response times that of the IF filter: what
+the filter has taken away needs no high-pass. Chosen: usual fits reach 1e-3."""
 
 _SAMPLES_AHEAD: Final = 8
 _SAMPLES_BEHIND: Final = 16
@@ -88,44 +89,68 @@ def refuse_unfollowed(radar: Radar) -> None:
 def _coefficients_of(radar: Radar, high_pass: HighPass) -> tuple[FloatArray, FloatArray]:
     rate = radar.converter.sample_rate
     _, ahead = _lead(radar)
-    return coefficients(high_pass, rate=rate, band=_band(radar.if_filter, rate), ahead=ahead)
+    zeros, poles, deviation = coefficients(high_pass, radar.if_filter, rate=rate, ahead=ahead)
+    if deviation <= RESPONSE_TOLERANCE:
+        return zeros, poles
+
+    def is_enough(faster: float, later: int) -> bool:
+        return coefficients(high_pass, radar.if_filter, rate=faster, ahead=later)[2] <= (
+            RESPONSE_TOLERANCE
+        )
+
+    ways = [
+        f"sample at {faster * rate / 1e6:.4g} MS/s"
+        for faster in (1.1, 1.2, 1.35, 1.5, 2.0, 3.0, 5.0)
+        if is_enough(faster * rate, ahead)
+    ][:1] or ["sample faster, use lower corners"]
+    if ahead < _SAMPLES_AHEAD and is_enough(rate, _SAMPLES_AHEAD):
+        room = _SAMPLES_AHEAD / rate + 0.5 * radar.if_filter.support
+        ways.append(f"raise the converter's margin to {room * 1e6:.4g} µs")
+    raise InputError(
+        f"front_end.high_pass: corners of up to {max(high_pass.corners) / 1e3:g} kHz cannot be "
+        f"computed from samples at {rate / 1e6:.4g} MS/s: the response would deviate by "
+        f"{deviation:.1e} (limit {RESPONSE_TOLERANCE:g}); {', or '.join(ways)}"
+    )
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=128)
 def coefficients(
-    high_pass: HighPass, *, rate: float, band: float, ahead: int
-) -> tuple[FloatArray, FloatArray]:
-    """Numerator and denominator in powers of 1/z, fitted to ``band`` Hz, ``ahead`` samples late.
+    high_pass: HighPass, if_filter: IfFilter, *, rate: float, ahead: int
+) -> tuple[FloatArray, FloatArray, float]:
+    """Numerator and denominator in powers of 1/z, ``ahead`` samples late, and the greatest error.
 
-    >>> zeros, poles = coefficients(HighPass(corners=(1e5,)), rate=1e6, band=3e5, ahead=10)
+    >>> zeros, poles, error = coefficients(HighPass(corners=(1e5,)), IfFilter(), rate=1e6, ahead=10)
     >>> abs(float(np.sum(zeros))) < 1e-9  # nothing passes at 0 Hz
     True
     """
     # a pole at e^{-2π f_i / f_s} for each corner
     poles = np.poly(np.exp(-2.0 * np.pi * np.array(high_pass.corners) / rate))
     turn = 2.0 * np.pi * np.arange(1025) / 2048
-    inside = turn <= 2.0 * np.pi * band / rate
+    frequency = turn * rate / (2.0 * np.pi)
+    inside = frequency <= _band(if_filter, rate)
+    passed = np.where(inside, np.abs(if_filter.response(frequency)), 0.0)
     recursion = np.exp(-1j * np.outer(turn, np.arange(poles.size))) @ poles
-    wanted = high_pass.response(turn * rate / (2.0 * np.pi))
-    # a low weight beyond the band keeps the coefficients small; a high one makes 0 Hz vanish
-    weight = np.where(inside, 1.0, 1e-3) / np.abs(recursion)
-    weight[0] *= 1e3
+    wanted = high_pass.response(frequency)
     wave = np.exp(-1j * np.outer(turn, np.arange(-ahead, _SAMPLES_BEHIND + 1)))
-    matrix, target = wave * weight[:, None], wanted * recursion * weight
-    zeros = np.linalg.lstsq(
-        np.concatenate([matrix.real, matrix.imag]),
-        np.concatenate([target.real, target.imag]),
-        rcond=None,
-    )[0]
-    deviation = np.abs(wave @ zeros / recursion - wanted)[inside].max()
-    if deviation > RESPONSE_TOLERANCE:
-        raise InputError(
-            f"a high-pass at {max(high_pass.corners) / 1e3:.4g} kHz cannot be computed from "
-            f"samples at {rate / 1e6:.4g} MS/s: its response deviates by {deviation:.1e} (limit "
-            f"{RESPONSE_TOLERANCE:g}) within {band / 1e3:.4g} kHz; sample faster, or raise the "
-            f"converter's margin to {_SAMPLES_AHEAD / rate * 1e6:.4g} µs"
-        )
-    return np.asarray(zeros, dtype=np.float64), np.asarray(poles, dtype=np.float64)
+
+    def fit(importance: FloatArray) -> tuple[FloatArray, float]:
+        # a low weight beyond the band keeps the coefficients small; a high one makes 0 Hz vanish
+        weight = np.maximum(importance, 1e-3) / np.abs(recursion)
+        weight[0] *= 1e3
+        matrix, target = wave * weight[:, None], wanted * recursion * weight
+        zeros = np.linalg.lstsq(
+            np.concatenate([matrix.real, matrix.imag]),
+            np.concatenate([target.real, target.imag]),
+            rcond=None,
+        )[0]
+        error = np.abs(wave @ zeros / recursion - wanted) * passed
+        return zeros, float(error.max())
+
+    zeros, error = fit(inside.astype(np.float64))
+    if error > RESPONSE_TOLERANCE:
+        # samples at twice the stop edge: no filter has the analog response at half their rate
+        zeros, error = fit(passed)
+    return np.asarray(zeros, dtype=np.float64), np.asarray(poles, dtype=np.float64), error
 
 
 def _band(if_filter: IfFilter, rate: float) -> float:
