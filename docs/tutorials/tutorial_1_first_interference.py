@@ -77,7 +77,8 @@ print(f"greatest unambiguous speed {derived.unambiguous_speed:.0f} m/s")
 # ------
 #
 # The result of a victim holds its samples, the detections of its receiver, the truth, and the score
-# that compares both. Every detection has a cause.
+# that compares both. Every detection has a cause. The first run of all compiles the kernels that it
+# needs, in up to a minute.
 
 seen = pc.run_trial(study).victim("front")
 for distance, rate, nature in list(
@@ -88,8 +89,9 @@ for distance, rate, nature in list(
 # %%
 # The strongest detection is a ghost: the wave of the oncoming radar, which travels one way, is
 # taken for an echo, which travels both ways. Its range is half the distance between the radars, and
-# so is its range rate. The samples' parts are kept apart, so that the cause of each peak can be
-# seen.
+# so is its range rate. The two weak ones nearer to us, 61 and 68 dB below it, are side lobes of the
+# receiver's window: of a wave as strong as this one, they are above the noise. The samples' parts
+# are kept apart, so that the cause of each peak can be seen.
 
 profile = pc.draw("range-profile", seen, study.receiver, title="equal chirps")
 
