@@ -297,8 +297,9 @@ def refresh_times(
     wanted = (last - first) / refresh_interval
     if not wanted <= MOST_SNAPSHOTS:
         raise InputError(
-            f"refresh_interval: every {refresh_interval:g} s is {wanted:.3g} times in a frame, "
-            f"more than {MOST_SNAPSHOTS}; use a longer one, or shorter frames that start together"
+            f"refresh_interval: every {refresh_interval:g} s is {wanted:.3g} times in "
+            f"{last - first:g} s, more than {MOST_SNAPSHOTS}; use a longer one, shorter frames "
+            "that start together, or a shorter least_traced_time"
         )
     count = max(1, int(np.ceil(wanted * (1 - 1e-12))))
     return first + (np.arange(count) + 0.5) * (last - first) / count

@@ -91,7 +91,7 @@ def test_a_front_end_that_adds_parts_takes_their_memory():
 def test_a_high_pass_that_samples_cannot_follow_is_refused_before_the_run():
     steep = FrontEnd(high_pass=HighPass(corners=(350e3, 350e3)))
     radar = replace(FRONT, front_end=steep, converter=Converter(margin=0.0))
-    with pytest.raises(InputError, match="raise the converter's margin to 15.14 µs"):
+    with pytest.raises(InputError, match=r"raise the converter's margin to 15\.14 µs"):
         check(replace(STUDY, radars=(radar,)))
 
 

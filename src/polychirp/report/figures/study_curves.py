@@ -117,6 +117,7 @@ def study_differences(results: Results, *, over: str, title: str) -> Drawing:
             x = x + 0.05 * (n - 0.5 * (len(curves) - 1))
             _draw(axes, x, some, field, styles[name], line="")
         _finish(axes, labels[1:], places, over)
+        axes.set_xlim(places[0] - 0.5, places[-1] + 0.5)
         axes.set(ylabel=f"Δ {QUANTITIES[field].label[0].lower()}{QUANTITIES[field].label[1:]}")
     panels[-1].set_axis_off()
     _legend(figure, styles)
