@@ -378,9 +378,13 @@ STEEP = Oscillator(phase_noise=PhaseNoise(offset=(1e5, 1e7), level=(1e-8, 1e-12)
 
 @pytest.mark.parametrize("oscillator", [white(1e-10), STEEP], ids=["white", "20 dB per decade"])
 @pytest.mark.parametrize("beat", [-1.5, 2.0, 2.25, -4.0])
-def test_noise_of_a_steady_beat_is_whole_at_every_distance_from_the_band(oscillator, beat):
-    """P ∫(L_v + L_i)(f − f_IF) |H(f)|² df at beats up to 4 stop edges, over a way of 600 m."""
-    delay, power = 2e-6, 0.01 * 10**0.9 * 10**1.5
+@pytest.mark.parametrize("delay", [2e-6, 20e-6])
+def test_noise_of_a_steady_beat_is_whole_at_every_distance_from_the_band(oscillator, beat, delay):
+    """P ∫(L_v + L_i)(f − f_IF) |H(f)|² df at beats up to 4 stop edges.
+
+    The victim's own ramp beats at 0.7 and at 7 stop edges after the way.
+    """
+    power = 0.01 * 10**0.9 * 10**1.5
     scene = world(oscillator, oscillator, if_filter=IfFilter(passband=2.5e6, stopband=2.8e6))
     chain = scene.radars[0].if_filter
     steady = beat * chain.stopband
@@ -394,6 +398,26 @@ def test_noise_of_a_steady_beat_is_whole_at_every_distance_from_the_band(oscilla
     expected = np.trapezoid(2 * level * passed, f)
     found = np.mean(np.abs(noise[:, 10:]) ** 2) / power
     # four deviations of independent samples
+    assert to_db(found / expected) == pytest.approx(0.0, abs=4 * 4.34 / noise[:, 10:].size ** 0.5)
+
+
+@pytest.mark.parametrize("later", [0.5, 1.5, 2.5])
+def test_every_path_brings_its_own_far_noise(later):
+    """Two paths whose beats differ by so many stop edges: 1.64 P (L_v + L_i) ∫|H|² df."""
+    level, power = 1e-10, 0.01 * 10**0.9 * 10**1.5
+    scene = world(white(level), white(level))
+    stopband = scene.radars[0].if_filter.stopband
+    plans = [
+        ramps(20, duration=1.2e-3),
+        ramps(20, duration=1.2e-3, start_frequency=START - 5.0 * stopband),
+    ]
+    paths = (
+        HandPath(delay=1e-6, transmitter=1),
+        HandPath(delay=1e-6 + later * stopband / SLOPE, gain=0.8, transmitter=1),
+    )
+    noise, _ = deviation(scene, plans, *paths)
+    found = np.mean(np.abs(noise[:, 10:]) ** 2) / (1.64 * power)
+    expected = 2 * level * scene.radars[0].if_filter.noise_bandwidth
     assert to_db(found / expected) == pytest.approx(0.0, abs=4 * 4.34 / noise[:, 10:].size ** 0.5)
 
 

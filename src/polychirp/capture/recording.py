@@ -58,7 +58,7 @@ class Recording:
                 self.read(number) / parameters.stored_full_scale, dtype=np.complex128
             )
         self._refuse_bad_samples(samples, number)
-        self._warn_of_silent_receivers(samples, number)
+        self._warn_of_silent_receivers(samples)
         if parameters.sampling == "real":
             samples = 2.0 * samples.real.astype(np.complex128)
         if parameters.conjugate:
@@ -72,12 +72,12 @@ class Recording:
             array=parameters.array,
         )
 
-    def _warn_of_silent_receivers(self, samples: ComplexArray, number: int) -> None:
+    def _warn_of_silent_receivers(self, samples: ComplexArray) -> None:
         silent = np.flatnonzero(~np.any(samples, axis=(1, 2)))
         if silent.size:
             names = ", ".join(str(n) for n in silent)
             warnings.warn(
-                f"{self.name}: frame {number} holds nothing but zeros of receiver {names}; check "
+                f"{self.name}: frames hold nothing but zeros of receiver {names}; check "
                 "num_receivers, and which receivers the device had switched on",
                 ModelWarning,
                 stacklevel=3,

@@ -26,8 +26,8 @@ real, complex 1x and complex 2x (SWRA553, section 2.1.1)."""
 _BITS: Final = {0: 12, 1: 14, 2: 16}
 """Bits of a sample by the converter's number of bits."""
 
-_PHASE_SHIFTER_BITS: Final = 0xFCFCFC
-"""Bits of ``txPhaseShifter`` that hold phases, six for each of three transmitters."""
+_PHASE_BITS: Final = 0b11111100
+"""Bits of a transmitter's byte of ``txPhaseShifter`` that hold its phase."""
 
 _LIMITS: Final = {
     "startFreq": (1e9, 1e12),
@@ -249,7 +249,9 @@ def _notes(first: Fields, transmitters: tuple[int, ...], sharing: Sharing) -> li
             f"txEnable: transmitters {names} send every chirp together, as a beam; the study has "
             "one element with their power on the axis, without the beam's side lobes"
         )
-        if int(first["txPhaseShifter"]) & _PHASE_SHIFTER_BITS:
+        shifters = int(first["txPhaseShifter"])
+        phases = {shifters >> 8 * (number - 1) & _PHASE_BITS for number in transmitters}
+        if len(phases) > 1:
             notes.append(
                 "txPhaseShifter: phases of the transmitters turn this beam away from the axis; the "
                 "study's is on the axis, so turn the radar's mount by the beam's angle"

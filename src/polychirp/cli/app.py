@@ -61,10 +61,6 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise `InputError`, which `main` prints."""
-        words = message.removeprefix("unrecognized arguments: ")
-        if words != message and not words.startswith("-"):
-            # argparse takes a list of words only where its first word stands
-            raise InputError(f"'{words}' is not expected here; put it before the options")
         raise InputError(f"{message}; see '{self.prog} --help'")
 
 

@@ -6,7 +6,6 @@ import argparse
 import json
 import math
 import shlex
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.terminal import command_name, say, tables
@@ -52,14 +51,13 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Check the study and print what its radars resolve."""
-    from polychirp.config.load import MONTE_CARLO, load_study, read_toml
-    from polychirp.config.monte_carlo import load_plan
+    from polychirp.config.load import load_study
+    from polychirp.config.monte_carlo import refuse_bad_grid
     from polychirp.study.check import check
 
     changes = all_overrides(arguments)
     study = load_study(arguments.study, overrides=changes)
-    if MONTE_CARLO in read_toml(Path(arguments.study)):
-        load_plan(arguments.study, overrides=changes)  # refuses values of a wrong grid
+    refuse_bad_grid(arguments.study, overrides=changes)
     derived = check(study)
     if arguments.json:
         from dataclasses import asdict

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib.util import find_spec
 from socket import SO_REUSEADDR, SOL_SOCKET, socket
 from typing import Any
@@ -43,8 +43,12 @@ def run(arguments: argparse.Namespace) -> int:
     _refuse_used_port(HOST, arguments.port)
     _compile()
     say(f"the page is at http://{HOST}:{arguments.port}; stop it with Ctrl-C")
-    with suppress(KeyboardInterrupt), _quiet_end():
-        serve(port=arguments.port, opens_browser=not arguments.no_browser)
+    try:
+        with _quiet_end():
+            serve(port=arguments.port, opens_browser=not arguments.no_browser)
+    except KeyboardInterrupt as stop:
+        if type(stop) is not KeyboardInterrupt:  # SIGTERM
+            raise
     say("the page is closed")
     return 0
 

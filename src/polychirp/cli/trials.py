@@ -96,5 +96,5 @@ def _short(value: float, digits: int) -> str:
     A value that is nothing beside these decimals is 0.
     """
     if abs(value) < 1e-3 * 10.0**-digits or abs(value) >= 10.0**-digits * 10:
-        return f"{value:.{digits}f}"
+        return f"{round(value, digits) + 0.0:.{digits}f}"  # no minus before a zero
     return f"{value:.2g}"

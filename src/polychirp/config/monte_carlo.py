@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Iterable, Sequence
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -86,6 +87,27 @@ def load_plan(
             stop_half_width=table.stop_half_width,
             origin=provenance(base),
         )
+
+
+def refuse_bad_grid(path: Path | str, *, overrides: Iterable[str] = ()) -> None:
+    """Refuse a table ``[monte_carlo]`` that `load_plan` would refuse, without building every point.
+
+    Each value of an axis is tried once, beside the first values of all others. A table without
+    ``trials`` is left alone, because a common file may complete it.
+    """
+    path = Path(path)
+    data = read_toml(path)
+    with naming_the_file(path):
+        for change in overrides:
+            apply_override(data, change)
+        table = data.pop(MONTE_CARLO, {})
+        if "trials" not in table:
+            return
+        axes = axes_of_grid(build(MonteCarlo, table, where=lambda place: (MONTE_CARLO, *place)))
+        first = [replace(axis, labels=axis.labels[:1], changes=axis.changes[:1]) for axis in axes]
+        for number, axis in enumerate(axes):
+            others = [*first[:number], axis, *first[number + 1 :]]
+            _points(others, data, path=path, command=None)
 
 
 def completed(tables: dict[str, Any], common: dict[str, Any]) -> dict[str, Any]:

@@ -37,9 +37,9 @@ def write_mat(run: StoredRun, folder: Path) -> list[Path]:
     victims = [_structure(victim) for victim in run.victims]
     if (size := sum(map(_size, victims))) > LARGEST_VARIABLE:
         raise CapabilityError(
-            f"the {len(victims)} victims of this run need {size / 1e9:.2g} GB, more than the 2.1 "
-            "GB that a variable in a MATLAB file of version 5 holds; export to hdf5, which MATLAB "
-            "reads with h5read"
+            f"the victims of this run need {size / 1e9:.2g} GB, more than the 2.1 GB that a "
+            "variable in a MATLAB file of version 5 holds; export to hdf5, which MATLAB reads with "
+            "h5read"
         )
     path = folder / "run.mat"
     content = {

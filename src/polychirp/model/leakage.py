@@ -42,8 +42,8 @@ class Leakage(Spec):
             raise InputError("the delay of a leakage is negative; use 0 s or more")
         if self.delay > LONGEST_LEAKAGE:
             raise InputError(
-                f"the delay of a leakage is {self.delay:g} s; use at most "
-                f"{LONGEST_LEAKAGE * 1e6:g} us, as for '0.2 ns' within a radar"
+                f"the delay of a leakage is {self.delay:g} s, more than "
+                f"{LONGEST_LEAKAGE * 1e6:g} us; write it like '0.2 ns'"
             )
 
 

@@ -74,7 +74,7 @@ class PhaseNoise(Spec):
         if max(self.level) > 1.0:
             raise InputError(
                 f"a level of phase noise is {10 * np.log10(max(self.level)):.3g} dBc/Hz; levels "
-                "are below 0, as in '-93 dBc/Hz'"
+                "are at most 0, as in '-93 dBc/Hz'"
             )
 
     def density(self, frequency: FloatArray) -> FloatArray:

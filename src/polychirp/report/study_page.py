@@ -36,7 +36,8 @@ def write_study_page(results: Results, folder: Path, *, title: str) -> Path:
             caption = f"Differences from the first {axis}, of the same trials."
             drawn[f"differences-{axis}"] = (study_differences, caption)
         for name, (draw, caption) in drawn.items():
-            drawing = draw(results, over=axis, title=title)
+            # a pair of dollars would enclose a formula
+            drawing = draw(results, over=axis, title=title.replace("$", r"\$"))
             picture = drawing.save(files, name, formats=("png", "svg"))
             shown.append(figure_of(name, picture, caption=caption, is_wide=True))
     page = folder / "report.html"

@@ -1,6 +1,7 @@
 """Rules of access whose settings do not keep radars apart, or do not fit their frames."""
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
@@ -8,15 +9,21 @@ from polychirp.study.spec import Study
 from polychirp.waveform.access import Compass, Slots
 from polychirp.waveform.frame_rules import FrameRule
 
+_ROUNDING: Final = 1e-9
+"""Relative excess of a frame over its interval that is an error of rounding; chosen."""
+
 
 def access_in_vain(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
     """A sentence for settings of the rule that leave radars in each other's bands.
 
     Chirps of slope b that begin a slot apart are apart by b times the slot in frequency, which must
-    exceed the stop edge of the IF filter. Bands must be apart by more than a chirp covers.
+    exceed the stop edge of the IF filter; the way between radars, which adds to that or takes from
+    it, is not counted. Bands must be apart by more than a radar's frame covers.
     """
     rule = study.access
-    if isinstance(rule, Slots):
+    if len(study.radars) < 2:
+        return
+    if isinstance(rule, Slots) and rule.num_slots > 1:
         radar, needed = max(
             (
                 (radar.name, radar.if_filter.stopband / float(abs(schedule.slope).min()))
@@ -33,10 +40,11 @@ def access_in_vain(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[
                 "slots disturb each other; lengthen the slot"
             )
     if isinstance(rule, Compass):
-        widest = max(float(schedule.bandwidth.max()) for schedule in schedules)
+        occupied = [schedule.occupied for schedule in schedules]
+        widest = max(float(high.max() - low.min()) for low, high in occupied)
         if rule.spacing < widest:
             yield (
-                f"access.spacing is {1e-6 * rule.spacing:.4g} MHz, and a ramp covers "
+                f"access.spacing is {1e-6 * rule.spacing:.4g} MHz, and a frame covers "
                 f"{1e-6 * widest:.4g} MHz: radars of neighbouring bands disturb each other; widen "
                 "the spacing"
             )
@@ -49,7 +57,7 @@ def refuse_long_frames(study: Study, schedules: Sequence[RampSchedule]) -> None:
     interval = study.access.frame_interval
     for radar, schedule in zip(study.radars, schedules, strict=True):
         length = float(schedule.end_time[-1] - schedule.start_time[0])
-        if length > interval:
+        if length > interval * (1.0 + _ROUNDING):
             raise InputError(
                 f"access.frame_interval: a frame of radar '{radar.name}' lasts "
                 f"{1e3 * length:.4g} ms, and the next one begins after {1e3 * interval:.4g} ms; "

@@ -202,7 +202,7 @@ def test_samples_of_fewer_bits_get_their_sign_back(tmp_path: Path, bits: int):
 def test_a_receiver_that_holds_only_zeros_is_named():
     stored = words(1, 6, 3, 8)
     stored[:, :, 1] = 0.0
-    with pytest.warns(ModelWarning, match=r"x: frame 0 .* zeros of receiver 1; check"):
+    with pytest.warns(ModelWarning, match=r"x: frames hold .* zeros of receiver 1; check"):
         from_array(stored, PARAMETERS, name="x").frame(0)
 
 

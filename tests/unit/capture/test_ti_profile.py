@@ -183,12 +183,14 @@ def test_the_number_of_bits_is_read(tmp_path, code, bits):
 
 
 def test_phases_that_turn_a_beam_are_told(tmp_path):
-    """TX2 by half a turn, 32 steps of 5.625° from bit 10 on."""
+    """Transmitter 3 by half a turn, 32 steps of 5.625° from bit 18 on; both alike turn nothing."""
     text = COMMANDS.replace(" 0 0 0 0 1\n", " 0 0 0 0 5\n").replace(" 0 0 0 0 4\n", " 0 0 0 0 5\n")
     assert not any("txPhaseShifter" in note for note in read_commands(tmp_path, text).notes)
-    turned = text.replace("6 40 0 0 30", f"6 40 0 {32 << 10} 30")
-    assert turned != text
-    assert any("txPhaseShifter" in note for note in read_commands(tmp_path, turned).notes)
+    for phases, is_turned in ((32 << 18, True), (32 << 10, False), (32 << 18 | 32 << 2, False)):
+        turned = text.replace("6 40 0 0 30", f"6 40 0 {phases} 30")
+        assert turned != text
+        notes = read_commands(tmp_path, turned).notes
+        assert any("txPhaseShifter" in note for note in notes) == is_turned
 
 
 def test_variations_of_a_chirp_are_added_to_its_profile(tmp_path):

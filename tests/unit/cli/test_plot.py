@@ -78,7 +78,6 @@ def test_what_cannot_be_drawn_is_told(stored, tmp_path, capsys):
         ([str(stored), "curves"], "there is no figure 'curves' of a run; there are range-profile"),
         ([str(stored), "ramps", "--radar", "frnt"], "no radar 'frnt'"),
         ([str(stored), "--over", "seed"], "is a run, and only figures of a study take this"),
-        ([str(stored), "--channel", "1", "spectrogram"], "'spectrogram' is not expected here; put"),
     ):
         assert main(["plot", *arguments]) == 2
         assert message in capsys.readouterr().err

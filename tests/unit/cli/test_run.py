@@ -379,6 +379,13 @@ def test_check_reads_the_grid_of_a_study_too(trial, capsys):
     assert "bad.toml" in capsys.readouterr().err
 
 
+def test_check_leaves_a_grid_alone_that_a_common_file_completes(trial, capsys):
+    text = QUICKSTART.read_text(encoding="utf-8").partition("[monte_carlo]")[0]
+    Path("part.toml").write_text(f"{text}[monte_carlo]\nstop_half_width = 0.1\n", encoding="utf-8")
+    assert main(["check", "part.toml"]) == 0
+    assert "range resolution" in capsys.readouterr().out
+
+
 def test_a_byte_order_mark_is_read_over(trial, capsys):
     """Notepad and PowerShell begin files with it."""
     text = QUICKSTART.read_text(encoding="utf-8")

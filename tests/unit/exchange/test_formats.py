@@ -76,7 +76,7 @@ def test_victims_beyond_the_limit_of_a_matlab_variable_are_refused(run, tmp_path
     largest = max(8 * victim.parts.samples.size for victim in run.victims)
     assert len(run.victims) > 1
     monkeypatch.setattr("polychirp.exchange.matlab.LARGEST_VARIABLE", largest)
-    with pytest.raises(CapabilityError, match=r"2 victims of this run need .*export to hdf5"):
+    with pytest.raises(CapabilityError, match=r"the victims of this run need .*export to hdf5"):
         writer_of("mat")(run, tmp_path)
 
 

@@ -36,6 +36,7 @@ from polychirp.traffic.street import Building, Point, Street, Vehicle
 from polychirp.waveform import (
     DiverseTriangular,
     DopplerDivision,
+    Hopping,
     Sawtooth,
     TimeDivision,
     Triangular,
@@ -91,7 +92,7 @@ def test_a_front_end_that_adds_parts_takes_their_memory():
 def test_a_high_pass_that_samples_cannot_follow_is_refused_before_the_run():
     steep = FrontEnd(high_pass=HighPass(corners=(350e3, 350e3)))
     radar = replace(FRONT, front_end=steep, converter=Converter(margin=0.0))
-    with pytest.raises(InputError, match=r"raise the converter's margin to 15\.14 µs"):
+    with pytest.raises(InputError, match=r"raise the converter's margin to 15\.15 µs"):
         check(replace(STUDY, radars=(radar,)))
 
 
@@ -414,11 +415,33 @@ def test_rules_of_access_that_keep_nobody_apart_are_noted(rule, message):
 
 
 @pytest.mark.parametrize(
-    "rule", [Slots(slot=0.8e-6, num_slots=3), Compass(num_bands=2, spacing=1.1e9)]
+    "rule",
+    [
+        Slots(slot=0.8e-6, num_slots=3),
+        Slots(slot=0.1e-6, num_slots=1),
+        Compass(num_bands=2, spacing=1.1e9),
+    ],
 )
 def test_rules_of_access_that_keep_radars_apart_are_not(rule):
     study = replace(STUDY, radars=(FRONT, replace(OTHER, waveform=PLAIN)))
     check(replace(study, access=rule))
+
+
+def test_a_radar_alone_needs_no_slot():
+    check(replace(STUDY, radars=(FRONT,), access=Slots(slot=0.1e-6, num_slots=3)))
+
+
+def test_a_band_is_that_of_the_whole_frame():
+    """Chirps of 250 MHz that hop over 1 GHz."""
+    hopping = Hopping(bandwidth=250e6, ramp_duration=1e-3)
+    radars = tuple(replace(radar, waveform=hopping) for radar in (FRONT, OTHER))
+    with pytest.warns(ModelWarning) as notes:
+        check(replace(STUDY, radars=radars, access=Compass(num_bands=2, spacing=300e6)))
+    assert any("a frame covers 1000 MHz" in str(note.message) for note in notes)
+
+
+def test_a_frame_may_be_as_long_as_its_interval():
+    check(replace(STUDY, radars=(FRONT,), access=HopAfterHit(frame_interval=32e-3)))
 
 
 def test_frames_longer_than_their_interval_are_refused():

@@ -374,10 +374,11 @@ def test_the_mean_of_what_is_stored_is_what_is_summed_up(done):
 
 
 def test_errors_of_targets_out_of_sight_are_not_counted(done):
-    """A target out of sight that is detected all the same, 1 m off, changes no rms error."""
+    """A target out of sight that is detected all the same, metres off, changes no rms error."""
     results = done[0].results
     detected, error = results.detected.copy(), results.range_error.copy()
-    detected[..., 1], error[..., 1] = np.nan, 1.0
+    detected[..., 1] = np.nan
+    error[..., 1] = 1.0 + np.arange(len(error))[:, None, None]
     hidden = replace(results, detected=detected, range_error=error)
     assert all(row.range_rmse.value == pytest.approx(ERROR) for row in summaries(hidden))
     assert all(row.range_rmse.value == pytest.approx(0.0) for row in differences(hidden))

@@ -143,7 +143,7 @@ def _counts(results: Results, point: int, victim: int) -> _Counts:
     detected = results.detected[point, was_run, victim]
     counts = results.num_detections[point, was_run, victim]
     errors = {
-        name: in_sight_only(results, f"{name}_error")[point, was_run, victim]
+        name: in_sight_only(results, f"{name}_error", point)[was_run, victim]
         for name in ERROR_NAMES
     }
     return _Counts(
@@ -156,9 +156,9 @@ def _counts(results: Results, point: int, victim: int) -> _Counts:
     )
 
 
-def in_sight_only(results: Results, name: str) -> FloatArray:
-    """The array ``name`` of `Results`, with NaN for targets out of sight, detected or not."""
-    return np.where(np.isnan(results.detected), np.nan, getattr(results, name))
+def in_sight_only(results: Results, name: str, point: int) -> FloatArray:
+    """The array ``name`` of `Results` at a point, NaN for targets out of sight, detected or not."""
+    return np.where(np.isnan(results.detected[point]), np.nan, getattr(results, name)[point])
 
 
 def _sum_of_squares(errors: FloatArray) -> FloatArray:
@@ -207,7 +207,7 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         range_rate_rmse=rms(counts.squares["range_rate"], counts.found),
         azimuth_rmse=rms(counts.squares["azimuth"], counts.found),
         elevation_rmse=rms(counts.squares["elevation"], counts.found),
-        **losses(results.lost[point, :, [victim]].swapaxes(0, 1)),
+        **losses(results.lost[point, :, victim : victim + 1]),
     )
 
 

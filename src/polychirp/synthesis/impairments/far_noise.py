@@ -5,8 +5,12 @@ received power P leaves Gaussian noise of density
 
 .. math:: P\,\left[L_v(f - f_{IF}) + L_i(f - f_{IF})\right] ,
 
-with the beat :math:`f_{IF}` of the strongest path. The noise arrives from the directions of the
-paths, and is independent between victims.
+with the path's beat :math:`f_{IF}`. The noise arrives from the directions of the paths, and is
+independent between victims.
+
+Limits. Beats are those of linear ramps: errors of ramps do not move them here. Noise of paths that
+are later than the strongest one by more than three stop edges of the IF filter over the slope is
+weakened, and from 5.5 stop edges on it is missing.
 """
 
 import math
@@ -27,8 +31,8 @@ from polychirp.synthesis.links.links import links_of_all
 from polychirp.synthesis.links.thermal_noise import noise_density
 
 BANDS_PER_STOPBAND: Final = 4
-"""Number of bands in the width of a `stopband`; chosen: within each of them, the density at twice
-that width changes by 1 dB with 20 dB per decade."""
+"""Number of bands in the width of a `stopband`; chosen: at offsets of two stop edges, a density
+that falls by 20 dB per decade changes by 1 dB across a band."""
 
 NEGLIGIBLE_NOISE: Final = 1e-6
 """Greatest neglected noise density beyond the highest offset over that of thermal noise; chosen."""
@@ -47,8 +51,9 @@ def far_noise(
     """Noise at offsets beyond the highest one, V ``(part, channel, ramp, fast)``, at the wide rate.
 
     It is 0, without axes, if it is negligible. The other radar's noise at the victim's own
-    frequency is mixed as if that radar sent the victim's ramp, without a code. The other radar's
-    own code would spread its noise by the code's band, which is neglected.
+    frequency is mixed as if that radar sent the victim's ramp, without a code, so early that it
+    arrives over the strongest path in step. The other radar's own code would spread its noise by
+    the code's band, which is neglected.
 
     Parameters
     ----------
@@ -61,8 +66,16 @@ def far_noise(
     radar, other = wide.radar, wide.scene.radars[transmitter]
     links = links_of_all(wide.scene, paths, victim=victim, transmitter=transmitter)
     strength = np.concatenate([np.abs(link.amplitude) for link in links])
-    delay = float(np.concatenate([link.delay for link in links])[np.argmax(strength)])
-    level = _Level.of(wide, schedules[victim], other, schedules[transmitter], delay)
+    delays = np.concatenate([link.delay for link in links])
+    delay = float(delays[np.argmax(strength)])
+    level = _Level.of(
+        wide,
+        schedules[victim],
+        other,
+        schedules[transmitter],
+        delay=delay,
+        spread=float(np.abs(delays - delay).max()),
+    )
     most = max(float(np.abs(link.amplitude).sum()) for link in links)
     if level.highest() * most**2 < NEGLIGIBLE_NOISE * noise_density(radar):
         return np.zeros((), dtype=np.complex128)
@@ -83,12 +96,11 @@ class _Level:
     Parameters
     ----------
     radars : victim and transmitter
-    beat : Hz, ``(ramp, fast)``, of the victim's frequency at the time when the wave was sent over
-        the transmitter's; noise is mixed to it before the carrier adds the beat of the way
+    beat : Hz, ``(ramp, fast)``, of the strongest path
     is_on : whether both radars send
     highest_offset : Hz, of the noise that is computed as waves
     width : Hz, of a band
-    edge : Hz, highest frequency that the carrier may bring into the victim's band
+    edge : Hz, highest frequency of the noise that the carrier may bring into the victim's band
     """
 
     radars: tuple[Radar, Radar]
@@ -100,19 +112,26 @@ class _Level:
 
     @classmethod
     def of(
-        cls, wide: Wide, own: RampSchedule, other: Radar, sent: RampSchedule, delay: float
+        cls,
+        wide: Wide,
+        own: RampSchedule,
+        other: Radar,
+        sent: RampSchedule,
+        *,
+        delay: float,
+        spread: float,
     ) -> "_Level":
-        """The level for a path of this ``delay``, s."""
+        """The level if the strongest path has this ``delay``, s, and others ± ``spread``, s."""
         time, stopband = wide.times.time, wide.radar.if_filter.stopband
         mine, mixes = _frequency(own, time)
         others, sends = _frequency(sent, time - delay)
         return cls(
             radars=(wide.radar, other),
-            beat=mine - own.slope[_ramp_at(own, time)] * delay - others,
+            beat=mine - others,
             is_on=mixes & sends,
             highest_offset=wide.highest_offset,
             width=stopband / BANDS_PER_STOPBAND,
-            edge=stopband + delay * float(np.abs(own.slope).max()),
+            edge=stopband + spread * float(np.abs(own.slope).max()),
         )
 
     def density(self, frequency: float) -> FloatArray:
@@ -145,7 +164,8 @@ def _on_own_ramps(
 ) -> ComplexArray:
     """The victim's samples, V, if the transmitter sent the victim's ramps with its own weights.
 
-    Element by element, since the weights may change within a ramp of the victim.
+    It sends them earlier by ``delay``, s. The samples are those of one element after the other,
+    since the weights may change within a ramp of the victim.
     """
     own, sent = schedules[victim], schedules[transmitter]
     weight = sent.transmit_weight[_ramp_at(sent, wide.times.time - delay)]
@@ -153,7 +173,7 @@ def _on_own_ramps(
     for element in np.flatnonzero(np.any(sent.transmit_weight, axis=0)):
         alone = np.zeros((own.num_ramps, sent.num_elements), dtype=np.complex128)
         alone[:, element] = 1.0
-        like_own = replace(own, transmit_weight=alone, code=None)
+        like_own = replace(own, start_time=own.start_time - delay, transmit_weight=alone, code=None)
         instead = [like_own if n == transmitter else ramps for n, ramps in enumerate(schedules)]
         carrier = carrier + weight[..., element] * inner.contribution(
             wide.scene, instead, paths, victim=victim, transmitter=transmitter

@@ -12,6 +12,7 @@ that the converter keeps. The gain of an aliased signal is right to about a fift
 frequencies of the analog filter share one gain there.
 """
 
+import math
 from dataclasses import replace
 from functools import lru_cache
 from typing import Final
@@ -98,14 +99,12 @@ def _coefficients_of(radar: Radar, high_pass: HighPass) -> tuple[FloatArray, Flo
             RESPONSE_TOLERANCE
         )
 
-    ways = [
-        f"sample at {faster * rate / 1e6:.4g} MS/s"
-        for faster in (1.1, 1.2, 1.35, 1.5, 2.0, 3.0, 5.0)
-        if is_enough(faster * rate, ahead)
-    ][:1] or ["sample faster, use lower corners"]
+    rates = (factor * rate for factor in (1.1, 1.2, 1.35, 1.5, 2.0, 3.0, 5.0))
+    faster = next((one for one in rates if is_enough(one, ahead)), None)
+    ways = ["use lower corners" if faster is None else f"sample at {faster / 1e6:.5g} MS/s"]
     if ahead < _SAMPLES_AHEAD and is_enough(rate, _SAMPLES_AHEAD):
         room = _SAMPLES_AHEAD / rate + 0.5 * radar.if_filter.support
-        ways.append(f"raise the converter's margin to {room * 1e6:.4g} µs")
+        ways.append(f"raise the converter's margin to {math.ceil(room * 1e8) / 100:g} µs")
     raise InputError(
         f"front_end.high_pass: corners of up to {max(high_pass.corners) / 1e3:g} kHz cannot be "
         f"computed from samples at {rate / 1e6:.4g} MS/s: the response would deviate by "

@@ -109,7 +109,15 @@ class Oscillating:
             else 0.0,
         )
         paths = [_between(shot, victim, transmitter) for shot in snapshots]
-        added = self._added(wide, schedules, paths, victim, transmitter, num_parts=len(samples))
+        added = self._added(
+            wide,
+            schedules,
+            paths,
+            victim,
+            transmitter,
+            shortest=shortest,
+            num_parts=len(samples),
+        )
         for part, signal in enumerate(added):
             if signal.any():
                 samples[part] += wide.narrowed(signal)
@@ -123,6 +131,7 @@ class Oscillating:
         victim: int,
         transmitter: int,
         *,
+        shortest: float,
         num_parts: int,
     ) -> ComplexArray:
         """Signal that the errors add, V ``(part, channel, ramp, fast)``, at the wide rate."""
@@ -146,7 +155,6 @@ class Oscillating:
 
         added = np.zeros((num_parts, radar.array.num_channels, *time.shape), dtype=np.complex128)
         if any(shot.num_paths for shot in paths):
-            shortest = float(min(schedules[n].duration.min() for n in (victim, transmitter)))
             for delay, shots in shared(paths, other, highest=highest, shortest=shortest):
                 added[:LEAKAGE_PART] += deviation(wide.scene, shots, delay)
             if victim != transmitter:
