@@ -52,8 +52,8 @@ def far_noise(
 
     It is 0, without axes, if it is negligible. The other radar's noise at the victim's own
     frequency is mixed as if that radar sent the victim's ramp, without a code, so early that it
-    arrives over the strongest path in step. The other radar's own code would spread its noise by
-    the code's band, which is neglected.
+    is synchronous with the victim's after the strongest path. The other radar's own code would
+    spread its noise by the code's band, which is neglected.
 
     Parameters
     ----------
