@@ -57,8 +57,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     changes = all_overrides(arguments)
     study = load_study(arguments.study, overrides=changes)
-    refuse_bad_grid(arguments.study, overrides=changes)
     derived = check(study)
+    refuse_bad_grid(arguments.study, overrides=changes)
     if arguments.json:
         from dataclasses import asdict
 
