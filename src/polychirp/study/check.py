@@ -259,12 +259,7 @@ def check(study: Study) -> Derived:
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
     _warn_of_ambiguity(study, schedules)
-    for sentence in (
-        *_idle_elements(study, schedules),
-        *access_in_vain(study, schedules),
-        *targets_out_of_reach(study, schedules),
-    ):
-        warnings.warn(sentence, ModelWarning, stacklevel=2)
+    _warn_of_settings_in_vain(study, schedules)
     victims = [radars[i] for i in victim_indices(study)]
     frames = [schedules[i] for i in victim_indices(study)]
     times = refresh_times(frames, study.refresh_interval, least=study.least_traced_time)
@@ -291,6 +286,16 @@ def _preparation(study: Study) -> float:
     if "facets" not in study.tracer.capabilities:
         return 0.0
     return _SECONDS_OF_KERNELS + _SECONDS_OF_A_VEHICLE * len(study.street.vehicles)
+
+
+def _warn_of_settings_in_vain(study: Study, schedules: Sequence[RampSchedule]) -> None:
+    """Warn of elements that never send, rules that keep nobody apart, and targets out of reach."""
+    for sentence in (
+        *_idle_elements(study, schedules),
+        *access_in_vain(study, schedules),
+        *targets_out_of_reach(study, schedules),
+    ):
+        warnings.warn(sentence, ModelWarning, stacklevel=3)
 
 
 def _idle_elements(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
