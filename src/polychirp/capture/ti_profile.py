@@ -27,7 +27,8 @@ _BITS: Final = {0: 12, 1: 14, 2: 16}
 """Bits of a sample by the converter's number of bits."""
 
 _PHASE_BITS: Final = 0b11111100
-"""Bits of a transmitter's byte of ``txPhaseShifter`` that hold its phase."""
+"""Bits of a transmitter's byte of ``txPhaseShifter`` that hold its phase (mmWaveLink,
+``rlProfileCfg_t``)."""
 
 _LIMITS: Final = {
     "startFreq": (1e9, 1e12),

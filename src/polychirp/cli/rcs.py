@@ -230,9 +230,8 @@ def _report(
     middle = ", ".join(f"{x + 0.0:.2f}" for x in found.centre)
     count = found.azimuth.size
     note = (
-        f"{mesh.num_faces} facets, {count} aspects about ({middle}) m, {360.0 / count:.3g}° apart; "
-        f"the body's lobes are {_lobe_width(mesh, frequency):.2g}° wide or more; free space, no "
-        "edge currents."
+        f"{mesh.num_faces} facets, {count} aspects about ({middle}) m; free space, no edge "
+        "currents."
     )
     drawing = rcs_picture(
         found,
@@ -249,4 +248,8 @@ def _report(
     for what, value in statistics(shown, found.azimuth).items():
         print(f"  {what:<14}{level_text(value):>7}")
     print(note)
+    print(
+        f"Aspects are {360.0 / count:.3g}° apart; the body's lobes are "
+        f"{_lobe_width(mesh, frequency):.2g}° wide or more."
+    )
     say(f"stored in {folder}")

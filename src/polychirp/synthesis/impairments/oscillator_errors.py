@@ -55,9 +55,9 @@ class Oscillating:
     If the oscillators of victim and transmitter are ideal, the samples are the inner engine's, at
     no cost. Otherwise the inner engine is also called once per node of delay, at a sample rate of
     8.5 times the filter's `stopband` or more; errors of the ramps raise it for other radars'
-    signals. At the default level of noise the error is 1e-6 of
-    the strongest sample, and 2e-5 where windows contain ends of ramps; the signals that are aliased
-    into the band are of fourth order in the phase error.
+    signals. At the default level of noise the error is 1e-6 of the strongest sample, and 2e-5 where
+    windows contain ends of ramps; the signals that are aliased into the band are of fourth order in
+    the phase error.
 
     Limits. A path's error of phase is that of its delay at the snapshot's reference time and at the
     array's centre: changes of the delay must stay well within 1/ν at the highest offset ν, as they
