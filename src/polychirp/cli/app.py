@@ -61,6 +61,9 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise `InputError`, which `main` prints."""
+        prefix, _, arguments = message.partition("unrecognized arguments: ")
+        if not prefix and arguments and not arguments.startswith("-"):
+            message += "; names that a command takes stand before its options"
         raise InputError(f"{message}; see '{self.prog} --help'")
 
 

@@ -17,11 +17,13 @@ if TYPE_CHECKING:
 KEPT_FILES: Final = "figures that were drawn stay in the folder"
 """Part of the message that `cli.app` prints after an interrupt."""
 
+SPECTROGRAM: Final = "spectrogram"
+
 OF_RUNS: Final = (
     "range-profile",
     "range-rate",
     "range-azimuth",
-    "spectrogram",
+    SPECTROGRAM,
     "ramps",
     "detections",
 )
@@ -97,6 +99,11 @@ def _refuse_options(arguments: argparse.Namespace, *, is_run: bool) -> None:
                 f"--{option}: '{arguments.stored}' is a {here}, and only figures of a {there} take "
                 "this option; leave it out"
             )
+    if arguments.channel is not None and arguments.figures and SPECTROGRAM not in arguments.figures:
+        raise InputError(
+            f"--channel: of the figures of a run only '{SPECTROGRAM}' shows one channel; leave it "
+            "out, or name that figure"
+        )
 
 
 def _of_run(
@@ -115,7 +122,7 @@ def _of_run(
             if not arguments.figures and name not in figures_of(victim):
                 continue
             say(f"drawing {name} of '{victim.name}'")
-            options = {"channel": arguments.channel or 0} if name == "spectrogram" else {}
+            options = {"channel": arguments.channel or 0} if name == SPECTROGRAM else {}
             title = figure_text(f"{study.name} · radar '{victim.name}'")
             drawing = draw(name, victim, study.receiver, title=title, **options)
             yield name if len(stored.victims) == 1 else f"{name}-{number}", drawing

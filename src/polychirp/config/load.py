@@ -69,14 +69,16 @@ def _with_meshes_from(folder: Path, study: Study) -> Study:
     return replace(study, street=replace(study.street, vehicles=vehicles))
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Tables of a TOML file; an `InputError` says why it cannot be read, with the line if known."""
+def read_toml(path: Path, *, if_missing: str = "") -> dict[str, Any]:
+    """Tables of a TOML file; an `InputError` says why it cannot be read, with the line if known.
+
+    ``if_missing`` is the advice for a file that does not exist, instead of ``polychirp init``.
+    """
     try:
         return toml_tables(text_of(path))
     except FileNotFoundError:
-        raise InputError(
-            f"there is no file '{path}'; 'polychirp init {path}' writes one to start from"
-        ) from None
+        advice = if_missing or f"'polychirp init {path}' writes one to start from"
+        raise InputError(f"there is no file '{path}'; {advice}") from None
     except IsADirectoryError:
         raise InputError(f"'{path}' is a folder; name the study file in it") from None
     except OSError as error:

@@ -56,7 +56,8 @@ def load_plan(
     data = read_toml(path)
     shared = (common,) if isinstance(common, str | Path) else (common or ())
     for file in shared:
-        data = completed(data, read_toml(Path(file)))
+        advice = "name a file with the tables that all studies share"
+        data = completed(data, read_toml(Path(file), if_missing=advice))
     with naming_the_file(path):
         for change in overrides:
             apply_override(data, change)

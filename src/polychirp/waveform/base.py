@@ -1,5 +1,6 @@
 """Interface of waveform families: every waveform becomes a `RampSchedule`."""
 
+from numbers import Real
 from typing import Final, Protocol, runtime_checkable
 
 from polychirp.errors import InputError
@@ -41,9 +42,19 @@ def need_few_chips(num_chips: int, num_sweeps: int) -> None:
         )
 
 
+def _need_number(owner: str, name: str, value: object) -> None:
+    """Refuse a quantity with its unit, which study files alone can have."""
+    if not isinstance(value, Real):
+        raise InputError(
+            f"{owner} needs a number in SI units as {name}, not {value!r}; quantities with units "
+            "are read from study files alone"
+        )
+
+
 def need_positive(owner: str, **values: float) -> None:
     """Refuse values that are not positive; the message names ``owner`` and the value."""
     for name, value in values.items():
+        _need_number(owner, name, value)
         if not value > 0:
             raise InputError(f"{owner} needs a positive {name}, not {value:g}")
 
@@ -51,6 +62,7 @@ def need_positive(owner: str, **values: float) -> None:
 def need_not_negative(owner: str, **values: float) -> None:
     """Refuse negative values; the message names ``owner`` and the value."""
     for name, value in values.items():
+        _need_number(owner, name, value)
         if not value >= 0:
             raise InputError(f"{owner} cannot have a negative {name}; use 0 or more")
 
@@ -58,6 +70,8 @@ def need_not_negative(owner: str, **values: float) -> None:
 def need_limits(owner: str, **limits: tuple[float, float]) -> None:
     """Refuse limits that are inverted or not positive; the message names ``owner`` and them."""
     for name, (lowest, highest) in limits.items():
+        _need_number(owner, f"lower limit of {name}", lowest)
+        _need_number(owner, f"upper limit of {name}", highest)
         if not lowest > 0:
             raise InputError(f"{owner} needs a positive lower limit of {name}, not {lowest:g}")
         if not lowest <= highest:

@@ -145,7 +145,8 @@ def test_a_study_without_a_grid_is_refused(files, capsys):
 
 
 def test_a_common_file_that_does_not_exist_is_named(files, capsys):
-    assert "there is no file 'none.toml'" in refusal(capsys, "small.toml", "--common", "none.toml")
+    sentence = "there is no file 'none.toml'; name a file with the tables that all studies share"
+    assert sentence in refusal(capsys, "small.toml", "--common", "none.toml")
 
 
 # ── the league ────────────────────────────────────────────────────────────────

@@ -78,6 +78,8 @@ def test_what_cannot_be_drawn_is_told(stored, tmp_path, capsys):
         ([str(stored), "curves"], "there is no figure 'curves' of a run; there are range-profile"),
         ([str(stored), "ramps", "--radar", "frnt"], "no radar 'frnt'"),
         ([str(stored), "--over", "seed"], "is a run, and only figures of a study take this"),
+        ([str(stored), "ramps", "--channel", "0"], "only 'spectrogram' shows one channel"),
+        ([str(stored), "--channel", "0", "ramps"], "stand before its options"),
     ):
         assert main(["plot", *arguments]) == 2
         assert message in capsys.readouterr().err

@@ -162,3 +162,16 @@ def test_a_value_that_cannot_be_is_refused_in_one_sentence_with_its_place(case):
     (line,) = str(caught.value).splitlines()
     assert line.startswith("waveform: ")
     assert sentence in line
+
+
+@pytest.mark.parametrize(
+    ("family", "values"),
+    [
+        (Sawtooth, {"bandwidth": "1 GHz"}),
+        (Sawtooth, {"idle": "5 us"}),
+        (DiverseSawtooth, {"bandwidth": ("200 MHz", "300 MHz")}),
+    ],
+)
+def test_a_quantity_with_its_unit_is_refused_outside_of_study_files(family, values):
+    with pytest.raises(InputError, match="needs a number in SI units as .*, not '[0-9]"):
+        family(**values)
