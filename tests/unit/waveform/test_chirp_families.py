@@ -173,5 +173,5 @@ def test_a_value_that_cannot_be_is_refused_in_one_sentence_with_its_place(case):
     ],
 )
 def test_a_quantity_with_its_unit_is_refused_outside_of_study_files(family, values):
-    with pytest.raises(InputError, match="needs a number in SI units as .*, not '[0-9]"):
+    with pytest.raises(InputError, match=r"needs a number in SI units as .*, not '[0-9]"):
         family(**values)

@@ -98,12 +98,14 @@ class Crossings(Sealed):
     row, column : of the cell, ``(detection,)``
     power : of the cell, in the unit of the map
     floor : mean power of noise at the cell, estimated from its training cells
+    threshold : power that noise exceeds with the false-alarm probability
     """
 
     row: PerPathIndex
     column: PerPathIndex
     power: PerDetection
     floor: PerDetection
+    threshold: PerDetection
 
     def chosen(self, which: BoolArray) -> Self:
         """The crossings for which ``which`` (detection,) is true."""
@@ -113,6 +115,7 @@ class Crossings(Sealed):
             column=self.column[which],
             power=self.power[which],
             floor=self.floor[which],
+            threshold=self.threshold[which],
         )
 
 
@@ -227,7 +230,13 @@ def ordered_statistic(
     row, column = np.nonzero(count_below(padded, power / factor, window.offsets) >= rank)
     statistic = _training_statistic(padded, row, column, window, rank[row, column])
     bias = _floor_biases(count[row, column], looks[column], quantile)
-    return Crossings(row=row, column=column, power=power[row, column], floor=statistic / bias)
+    return Crossings(
+        row=row,
+        column=column,
+        power=power[row, column],
+        floor=statistic / bias,
+        threshold=factor[row, column] * statistic,
+    )
 
 
 def crosses_again(

@@ -24,6 +24,7 @@ from polychirp.receiver.detection.looks import independent_looks
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.combination import detect_by_subframes
 from polychirp.receiver.range_doppler.peaks import interpolated_peaks, is_local_maximum
+from polychirp.receiver.range_doppler.side_lobes import stands_out
 from polychirp.receiver.range_doppler.subframes import (
     has_subframes,
     ramps_of,
@@ -191,14 +192,15 @@ class RangeDoppler(DetectorSettings):
         """Detections, as of `detect`, from the `spectra` of the frame."""
         map_ = spectra.mean_power
         found = self._crossings(map_.power, spectra, frame.schedule)
-        is_peak = is_local_maximum(map_.power, row=found.row, column=found.column)
-        row, column = found.row[is_peak], found.column[is_peak]
-        rate, beat_range, power = interpolated_peaks(map_, row=row, column=column)
+        found = found.chosen(is_local_maximum(map_.power, row=found.row, column=found.column))
+        places = interpolated_peaks(map_, row=found.row, column=found.column)
+        is_point = stands_out(found, map_, places, num_samples=frame.times.most_samples)
+        found = found.chosen(is_point)
+        rate, beat_range, power = (place[is_point] for place in places)
         blocks = code_blocks(frame.schedule)
-        cells = spectra.amplitude[:, row, column].T.astype(np.complex128)
-        cells = cells.reshape(row.size, frame.array.num_channels, len(blocks.weight))
-        floor = found.floor[is_peak]
-        decoded = unfolded(frame, blocks, cells, rate, floor=floor, by_beams=self.unfolds)
+        cells = spectra.amplitude[:, found.row, found.column].T.astype(np.complex128)
+        cells = cells.reshape(found.row.size, frame.array.num_channels, len(blocks.weight))
+        decoded = unfolded(frame, blocks, cells, rate, floor=found.floor, by_beams=self.unfolds)
         of = decoded.detection
         power = power[of] * decoded.share
         schedule = frame.schedule
@@ -220,7 +222,7 @@ class RangeDoppler(DetectorSettings):
             azimuth=azimuth[order],
             elevation=elevation[order],
             power=power[order],
-            snr=(decoded.share * (found.power[is_peak] / floor)[of])[order],
+            snr=(decoded.share * (found.power / found.floor)[of])[order],
         )
         return seen if self.grouping is None else merged(seen, self.grouping)
 

@@ -38,7 +38,8 @@ def interpolated_peaks(
     Along each axis, a parabola through the logarithms a, b, c of the powers of three cells has its
     vertex :math:`\delta = \tfrac12 (a - c)/(a - 2b + c)` cells from the middle one, and
     :math:`-\tfrac14 (a - c)\delta` above its b. With this taper the errors along each axis are less
-    than 1 % of a cell and 0.16 dB; a power is never too small. At the edges of the range axis the peak is put at the cell's own range.
+    than 1 % of a cell and 0.16 dB; a power is never too small. At the edges of the range axis the
+    peak is put at the cell's own range.
     """
     rows, columns = map_.power.shape
 
