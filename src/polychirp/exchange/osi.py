@@ -21,9 +21,9 @@ def write_osi(run: StoredRun, folder: Path) -> list[Path]:
     ``RadarDetection``: distance, m, azimuth and elevation, rad, radial velocity, m/s, SNR, dB.
     ``object_id`` is the number of the target's moving object if the cause of a detection is a
     target. The topic ``victim-0/ground_truth`` has a ``GroundTruth`` whose moving objects are the
-    targets, at the visible point that is nearest to the radar, in the world's frame. Radial
-    velocities are positive away from the radar. An azimuth or elevation that the array does not
-    measure is left out.
+    targets, at the visible point that is nearest to the radar, in the world's frame. As OSI asks,
+    radial velocities are positive towards the sensor, which is the opposite of range rates. An
+    azimuth or elevation that the array does not measure is left out.
     """
     import betterosi
 
@@ -68,7 +68,7 @@ def _detection(victim: StoredVictim, n: int) -> betterosi.RadarDetection:
         fields["object_id"] = _identifier(victim.truth.name.index(str(score.body[n])))
     return betterosi.RadarDetection(
         position=betterosi.Spherical3d(distance=float(found.range[n]), **known),
-        radial_velocity=float(found.range_rate[n]),
+        radial_velocity=-float(found.range_rate[n]),
         snr=float(to_db(found.snr[n])),
         **fields,
     )

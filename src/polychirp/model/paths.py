@@ -119,6 +119,15 @@ class PropagationPaths:
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, default)
         seal(self)
+        for name in ("delay", "delay_rate", "transfer", "departure", "arrival"):
+            value = getattr(self, name)
+            is_number = np.isfinite(value).all(axis=tuple(range(1, value.ndim)))
+            if not is_number.all():
+                path = int(np.argmin(is_number))
+                raise InputError(
+                    f"PropagationPaths.{name} of path {path} is not finite; leave out paths that "
+                    "do not exist"
+                )
         if self.bounce_start.size != self.num_paths + 1:
             raise InputError(
                 "PropagationPaths.bounce_start needs one entry more than there are paths"

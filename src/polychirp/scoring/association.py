@@ -13,7 +13,7 @@ so that a detection with :math:`D \le 1` lies on the body.
 """
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Self
+from typing import Final, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -25,6 +25,10 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.truth import Truth
 from polychirp.spec import Spec
 from polychirp.units import Metres, MetresPerSecond, Radians
+
+SHARE_OF_DISTANCE: Final = 1e-3
+"""Share of a squared distance, in margins, by which a pair ranks lower. Chosen: a power that is
+greater by 0.004 dB counts as much as all of a margin."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,7 +155,9 @@ def associate(
     the greatest number of pairs, one is chosen (Kuhn–Munkres algorithm) in which most detections
     lie within the margins of the target's nearest visible point, and of these the one with the
     greatest sum of powers in dB: the nearest detection would make errors look smaller than they
-    are. A target without a detection there gets the one that is nearest to that point.
+    are. Targets that are so near to each other that the same detections are on either get those
+    that are nearer to them. A target without a detection there gets the one that is nearest to
+    that point.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -161,7 +167,8 @@ def associate(
         detections, truth.range, truth.range_rate, truth.azimuth, truth.elevation, gate
     )
     level = np.log(np.maximum(detections.power, 1e-300))
-    rank = np.where(apart <= 1.0, 1e3 + level - level.min(), -np.minimum(apart, 1e3))
+    within = 1e3 + level - level.min() - SHARE_OF_DISTANCE * apart**2
+    rank = np.where(apart <= 1.0, within, -np.minimum(apart, 1e3))
     value = np.where(is_on_body, 1e6 + rank, 0.0)
     target, detection = linear_sum_assignment(value, maximize=True)
     kept = is_on_body[target, detection]

@@ -34,7 +34,12 @@ from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.mitigation.base import refuse_unfit
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.subframes import has_subframes, unambiguous_span
+from polychirp.receiver.range_doppler.subframes import (
+    has_subframes,
+    ramps_of,
+    subframes,
+    unambiguous_span,
+)
 from polychirp.receiver.selection import (
     AnyReceiver,
     FrameReceiver,
@@ -435,6 +440,13 @@ def _doppler_cell(schedule: RampSchedule) -> float:
     return wavelength / (2.0 * float(schedule.end_time[-1] - schedule.start_time[0]))
 
 
+def _speed_resolution(schedule: RampSchedule, reader: object) -> float:
+    """Doppler cell, m/s, of the ramps that the receiver transforms together."""
+    if isinstance(reader, RangeDoppler) and has_subframes(schedule):
+        return min(_doppler_cell(ramps_of(schedule, part)) for part in subframes(schedule))
+    return _doppler_cell(schedule)
+
+
 def _problems(study: Study) -> Iterator[tuple[str, str]]:
     """Place and description of every problem that prevents a study from running."""
     yield from _plain_problems(study)
@@ -570,7 +582,7 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     return DerivedRadar(
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
-        speed_resolution=_doppler_cell(schedule),
+        speed_resolution=_speed_resolution(schedule, reader),
         unambiguous_speed=_unambiguous_speed(schedule, reader, code[0]),
         unfolded_speed=_unambiguous_speed(schedule, reader, 1 if is_unfolded else code[0]),
         code=code,

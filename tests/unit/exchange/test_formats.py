@@ -151,8 +151,9 @@ def test_betterosi_reads_detections_and_targets(run, tmp_path):
     assert [one.position.distance for one in radar.detection] == pytest.approx(
         expected.detections.range
     )
+    # OSI 3.8, RadarDetection: "positive in direction to the sensor"
     assert [one.radial_velocity for one in radar.detection] == pytest.approx(
-        expected.detections.range_rate
+        -expected.detections.range_rate
     )
     assert [one.source_reference[0].identifier for one in truth.moving_object] == [["car"], ["van"]]
 

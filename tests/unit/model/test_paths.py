@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.errors import InputError
 from polychirp.model.paths import Bounce
 from polychirp.testing.paths import HandPath, paths_of
 
@@ -46,3 +47,13 @@ def test_paths_carried_there_and_back_are_the_same():
 
 def test_what_is_known_of_no_group_holds_together_for_ever():
     assert np.all(np.isinf(paths_of(HandPath(delay=1e-7)).coherence_time))
+
+
+@pytest.mark.parametrize("name", ["delay", "delay_rate", "transfer", "departure", "arrival"])
+def test_a_path_that_is_not_finite_is_named(name):
+    """A single NaN had silently removed all interference of a radar."""
+    paths = paths_of(HandPath(delay=1e-7), HandPath(delay=2e-7))
+    value = getattr(paths, name).copy()
+    value[1] = np.nan
+    with pytest.raises(InputError, match=rf"PropagationPaths\.{name} of path 1 is not finite"):
+        replace(paths, **{name: value})

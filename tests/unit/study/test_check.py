@@ -38,6 +38,7 @@ from polychirp.waveform import (
     DopplerDivision,
     Hopping,
     Sawtooth,
+    Subframes,
     TimeDivision,
     Triangular,
 )
@@ -145,6 +146,25 @@ def test_the_unambiguous_speed_is_that_of_one_transmitters_interval(
     assert found.unambiguous_speed == pytest.approx(SPAN / sweeps_of_the_code)
     is_left_open = num_channels == 1 and isinstance(coding, TimeDivision)
     assert found.unfolded_speed == pytest.approx(SPAN / (3 if is_left_open else 1))
+
+
+def test_the_speed_resolution_of_subframes_is_that_of_the_longest():
+    """λ/2T with T of 16 chirps 70 µs apart, not of the whole frame."""
+    study = equal_chirps(None, num_channels=4)
+    waveform = Subframes(
+        start_frequency=77e9,
+        bandwidth=4e8,
+        ramp_duration=40e-6,
+        intervals=(55e-6, 62e-6, 70e-6),
+        ramps_per_subframe=16,
+    )
+    radar = replace(study.radars[0], waveform=waveform)
+    found = check(replace(study, radars=(radar,), num_sweeps=48)).radars[0]
+    assert found.has_subframes
+    longest = 15 * 70e-6 + 40e-6
+    assert found.speed_resolution == pytest.approx(
+        SPEED_OF_LIGHT / 77.2e9 / (2 * longest), rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("num_channels", [1, 4])

@@ -100,7 +100,7 @@ def strongest_directions(
     axis without extent are zero.
     """
     points = grid(elements)
-    is_visible = points.left[:, None] ** 2 + points.up**2 <= 1.0 + 1e-9
+    is_visible = _visible(points)
     start = np.full((len(factors), num_waves, 2), np.nan)
     for number, factor in enumerate(factors):
         power = np.where(is_visible, beam_power(factor, elements, points), -np.inf)
@@ -115,7 +115,8 @@ def strongest_beam(amplitude: ComplexArray, elements: Elements) -> FloatArray:
     """Power of the strongest of the beams, W ``(…,)``, of amplitudes ``(…, channel)``.
 
     The beams are evenly spread over a period of the phases if the channels are a uniform line, and
-    on `grid` otherwise.
+    on the visible points of `grid` otherwise: an array in rows has equal beams at cosines that no
+    wave has.
     """
     line = elements.line()
     if not elements.axes:
@@ -124,8 +125,14 @@ def strongest_beam(amplitude: ComplexArray, elements: Elements) -> FloatArray:
         beams = np.fft.fft(amplitude, POINTS_PER_CELL * line.steps.size, axis=-1)
         return np.asarray(np.max(np.abs(beams) ** 2, axis=-1))
     points, flat = grid(elements), amplitude.reshape(-1, amplitude.shape[-1], 1)
-    powers = [np.max(beam_power(factor, elements, points)) for factor in flat]
+    is_visible = _visible(points)
+    powers = [np.max(beam_power(factor, elements, points)[is_visible]) for factor in flat]
     return np.array(powers, dtype=np.float64).reshape(amplitude.shape[:-1])
+
+
+def _visible(points: Grid) -> BoolArray:
+    """Mask ``(left, up)`` of the direction cosines that a plane wave may have."""
+    return np.asarray(points.left[:, None] ** 2 + points.up**2 <= 1.0 + 1e-9)
 
 
 def highest(power: FloatArray, mask: BoolArray) -> tuple[IntArray, IntArray]:

@@ -34,7 +34,10 @@ from polychirp.receiver.signal_model.point_signal import path_of, path_slopes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bound:
-    """Least standard deviations of range, m, range rate, m/s, and azimuth, rad, at ``time``."""
+    """Least standard deviations of range, m, range rate, m/s, and azimuth, rad, at ``time``.
+
+    That of an azimuth that is not measured is infinite.
+    """
 
     range: float
     range_rate: float
@@ -86,6 +89,8 @@ def cramer_rao_bound(
     slopes = _phase_slopes(schedule, times, motion, time)[:, times.is_sample]
     frequency = float(np.mean(schedule.centre_frequency))
     by_sine = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * array.position[:, 1]
+    if np.ptp(by_sine) == 0.0:  # the phase of one place is that of the amplitude
+        by_sine = np.zeros_like(by_sine)
     # derivatives by R, v, a, arg A are equal on all channels; by θ and the rate of sin θ they
     # are proportional to the y of each channel
     common = np.concatenate([slopes, np.ones((1, slopes.shape[1]))])
@@ -123,12 +128,15 @@ def _bound_of(
     """Bound from the information on (R, v, a, θ, rate of sin θ, arg A) and the prior knowledge."""
     information = information.copy()
     free = np.ones(len(information), dtype=bool)
-    free[2], free[4] = unknown_acceleration, sine_rate_deviation > 0.0
+    is_measured = information[3, 3] > 0.0  # one channel measures no azimuth
+    free[2] = unknown_acceleration
+    free[3], free[4] = is_measured, is_measured and sine_rate_deviation > 0.0
     if sine_rate_deviation > 0.0:
         information[4, 4] += sine_rate_deviation**-2.0
     size = 1.0 / np.sqrt(np.diag(information)[free])
     scaled = information[np.ix_(free, free)] * np.outer(size, size)
     deviation = np.zeros(len(information))
+    deviation[3] = math.inf
     deviation[free] = size * np.sqrt(np.diag(np.linalg.inv(scaled)))
     return Bound(
         range=float(deviation[0]), range_rate=float(deviation[1]), azimuth=float(deviation[3])

@@ -23,6 +23,8 @@ from polychirp.errors import (
 from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mimo import virtual_array
+from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.subframes import has_subframes
 from polychirp.receiver.selection import (
     AnyReceiver,
     FrameReceiver,
@@ -340,8 +342,20 @@ def of_trial(study: Study, trial: int) -> Study:
 def _settings(
     receiver: AnyReceiver, schedule: RampSchedule, probabilities: Sequence[float]
 ) -> list[FrameReceiver]:
-    """The receiver for these ramps, once for each false-alarm probability if it has one."""
+    """The receiver for these ramps, once for each false-alarm probability if it has one.
+
+    Raises
+    ------
+    CapabilityError
+        The receiver reads subframes one by one, for which there is no ideal detector here.
+    """
     chosen = receiver_for(receiver, schedule)
+    if isinstance(chosen, RangeDoppler) and has_subframes(schedule):
+        raise CapabilityError(
+            f"roc does not know the ideal detector of '{chosen.kind}' on subframes, which that "
+            "receiver reads one by one; give the waveform equal intervals, or measure detection "
+            "with 'polychirp study'"
+        )
     if not isinstance(chosen, DetectorSettings):
         return [chosen]
     return [

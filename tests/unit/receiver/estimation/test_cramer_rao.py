@@ -103,3 +103,21 @@ def test_bounds_fall_with_the_root_of_the_power():
     four = cramer_rao_bound(RAMPS, TIMES, ARRAY, **{**POINT, "snr": 8.0})
     assert four.range == pytest.approx(0.5 * one.range)
     assert four.range_rate == pytest.approx(0.5 * one.range_rate)
+
+
+@pytest.mark.parametrize("sine_rate_deviation", [0.0, 0.5, np.inf])
+def test_one_channel_measures_range_and_range_rate_without_an_azimuth(sine_rate_deviation):
+    """Two channels whose azimuth is known share the information equally."""
+    bound = cramer_rao_bound(
+        RAMPS,
+        TIMES,
+        AntennaArray(num_channels=1),
+        **POINT,
+        sine_rate_deviation=sine_rate_deviation,
+    )
+    still = cramer_rao_bound(
+        RAMPS, TIMES, AntennaArray(num_channels=2), **POINT, sine_rate_deviation=0.0
+    )
+    assert bound.azimuth == np.inf
+    assert bound.range == pytest.approx(np.sqrt(2.0) * still.range, rel=1e-6)
+    assert bound.range_rate == pytest.approx(np.sqrt(2.0) * still.range_rate, rel=1e-6)

@@ -5,6 +5,8 @@ from dataclasses import replace
 import pytest
 
 from polychirp.errors import CapabilityError, InputError, ModelWarning
+from polychirp.model.if_filter import IfFilter
+from polychirp.model.radar import Converter
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler
@@ -14,6 +16,7 @@ from polychirp.study.roc.plan import case_name, roc_plan
 from polychirp.study.roc.yardsticks import error_limits, resolution
 from polychirp.study.spec import schedules_of
 from polychirp.traffic.street import Building, Point
+from polychirp.waveform import Subframes
 from tests.support.roc_study import TRIANGLES, roc_study
 
 ASK = {"snrs_db": [14.0], "trials": 3, "noise_trials": 4}
@@ -170,3 +173,15 @@ def test_limits_without_room_for_a_point_are_refused():
     slow = roc_study(TRIANGLES, num_sweeps=6, receiver=CoherentReceiver(greatest_speed=0.1))
     with pytest.raises(InputError, match="too few cells for a point"):
         roc_plan(slow, **ASK)
+
+
+def test_subframes_are_refused_before_the_first_frame():
+    waveform = Subframes(
+        bandwidth=200e6, ramp_duration=40e-6, intervals=(50e-6, 57e-6), ramps_per_subframe=16
+    )
+    edges = {
+        "converter": Converter(sample_rate=4e6, start=2e-6, margin=1e-6),
+        "if_filter": IfFilter(passband=1.2e6, stopband=1.92e6),
+    }
+    with pytest.raises(CapabilityError, match="does not know the ideal detector"):
+        roc_plan(roc_study(waveform, RangeDoppler(), **edges), **ASK)
