@@ -54,7 +54,8 @@ def load_mesh(
         "metal" need no entry
     default_material : material of polychirp for all others; an STL file names no materials
     scale : metres per unit of the file
-    up_axis : "y" as in glTF (x forward, z right), or "z" as in polychirp
+    up_axis : "y", with x forward and z to the right, or "z" as in polychirp. glTF has y up too, but
+        z forward: turn such a body by 90° before
     max_edge : m; edges that are longer are halved until none is
 
     Raises

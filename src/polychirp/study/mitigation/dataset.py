@@ -242,7 +242,9 @@ Samples are complex64; `interfered` is `clean` plus `interference`, and `clean` 
 noise and leakage. All frames are simulated: none is recorded. Frames are drawn independently, so
 that any split by numbers separates training from tests. The targets of studies, roads and streets
 are their bodies, seen from the radar; those of tu-delft, arim and toth are the cells of their
-echoes' peaks, to a cell's resolution.
+echoes' peaks, to a cell's resolution. Such cells are known up to half of the sample rate, so that
+echoes of arim beyond 48 m have no label, and their range rates are folded into λ/2T of ramps T
+apart.
 """
 
 
