@@ -80,7 +80,7 @@ def tu_delft_rows(
     progress: Progress = no_progress,
 ) -> tuple[PublishedRow, ...]:
     """Every method on the same draws of the signal of TU Delft."""
-    signals = [tu_delft(Streams(seed + number)) for number in range(draws)]
+    signals = [tu_delft(Streams(seed + number))[:2] for number in range(draws)]
     rows = []
     for number, (name, (method, published)) in enumerate(methods.items()):
         progress("methods", number, len(methods))

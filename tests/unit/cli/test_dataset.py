@@ -75,8 +75,41 @@ def test_a_targets_place_is_that_of_its_beat():
     arrays = frame_arrays(DatasetPlan(source="toth", seed=5, num_frames=1), 0)
     line = np.abs(np.fft.fft(arrays["noise_free"][0, 0] * np.hanning(960)))
     cell = 299_792_458.0 * 20e6 / (2 * arrays["slope"][0] * 960)
-    assert np.abs(arrays["target_range"] - line[:480].argmax() * cell).min() < 0.6 * cell
-    assert np.abs(arrays["target_range_rate"]).max() < 0.5 * 3.9e-3 / (2 * 60e-6) * 1.01
+    start = arrays["target_range"] - arrays["target_range_rate"] * 32 * 60e-6
+    assert np.abs(start - line[:480].argmax() * cell).min() < 0.6 * cell
+
+
+def test_a_targets_range_rate_is_not_folded():
+    """The strongest echo turns by 2 v T/λ cycles from ramp to ramp; points have up to 25 m/s, of
+    which λ/4T = 16 m/s are unambiguous."""
+    greatest = 0.0
+    for number in range(4):
+        arrays = frame_arrays(DatasetPlan(source="toth", seed=5, num_frames=4), number)
+        assert arrays["target_range_rate"].size == 3
+        windows = np.hanning(64)[:, None] * np.hanning(960)
+        power = np.abs(np.fft.fft2(arrays["noise_free"][0] * windows)) ** 2
+        row, column = np.unravel_index(power[:, :480].argmax(), (64, 480))
+        cell = 299_792_458.0 * 20e6 / (2 * arrays["slope"][0] * 960)
+        cycles = 2 * arrays["target_range_rate"] * 76.5e9 / 299_792_458.0 * 60e-6
+        off = np.mod(cycles - row / 64 + 0.5, 1.0) - 0.5
+        near = np.abs(arrays["target_range"] - column * cell) < 1.5 * cell
+        assert np.abs(off[near]).min() < 1 / 64
+        greatest = max(greatest, np.abs(arrays["target_range_rate"]).max())
+    assert greatest > 17.0
+
+
+def test_echoes_of_arim_beyond_half_the_sample_rate_have_labels():
+    """2 b R/c is half of 40 MHz at 48 m. Every strong line of the echoes is a label's."""
+    cell = 299_792_458.0 * 40e6 / (2 * 6.25e13 * 1024)
+    far = 0
+    for number in range(8):
+        arrays = frame_arrays(DatasetPlan(source="arim", seed=2, num_frames=8), number)
+        line = np.abs(np.fft.fft(arrays["noise_free"][0, 0] * np.hanning(1024)))
+        strong = np.flatnonzero(line > 0.3 * line.max()) * cell
+        assert np.abs(strong[:, None] - arrays["target_range"]).min(axis=1).max() < 2.0 * cell
+        assert arrays["target_range"].min() > 2.0
+        far += np.count_nonzero(arrays["target_range"] > 48.0)
+    assert far > 4
 
 
 def test_the_grid_of_arim_has_its_960_cells_in_turn():

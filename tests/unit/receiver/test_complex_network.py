@@ -40,7 +40,7 @@ def logits_slowly(network, plane):
 
 
 def drawn_ramp(number=0):
-    return tu_delft(Streams(9).of("network test", number))
+    return tu_delft(Streams(9).of("network test", number))[:2]
 
 
 def short_frame():

@@ -14,13 +14,13 @@ import numpy as np
 from polychirp.axes import BoolArray
 from polychirp.errors import CapabilityError, InputError, RunError, no_such
 from polychirp.model.baseband import Progress, no_progress
-from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.base import Detecting, Mitigated, Mitigation, mitigated
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.scoring.burst_detection import burst_counts, hit_in_truth
 from polychirp.scoring.mitigation import share_touched
 from polychirp.study.mitigation.carried_work import CarriedWork
-from polychirp.study.mitigation.frame_sets import FRAME_SETS, NEWEST, set_frame
+from polychirp.study.mitigation.frame_sets import FRAME_SETS, NEWEST, WHOLE_BAND, set_frame
 from polychirp.study.mitigation.measures import MEASURES, MeasuredFrame, measured_frame, measures
 from polychirp.study.monte_carlo.tasks import Outcome, Task, outcome_of
 from polychirp.study.provenance import versions
@@ -204,15 +204,12 @@ class FrameRow:
 def measured_task(plan: BenchmarkPlan, task: Task) -> Outcome:
     """All rows of the frame of a task, by name."""
     family = plan.families[task.point]
-    return outcome_of(
-        task, lambda: _frame_rows(plan, *set_frame(plan.frame_set, family, task.seed), task.seed)
-    )
+    return outcome_of(task, lambda: _frame_rows(plan, family, task.seed))
 
 
-def _frame_rows(
-    plan: BenchmarkPlan, frame: IfFrame, parts: IfParts, number: int
-) -> dict[str, FrameRow]:
-    on = measured_frame(frame, parts)
+def _frame_rows(plan: BenchmarkPlan, family: str, number: int) -> dict[str, FrameRow]:
+    frame, parts = set_frame(plan.frame_set, family, number)
+    on = measured_frame(frame, parts, whole_band=family in WHOLE_BAND)
     truth = hit_in_truth(parts, frame.times.is_sample)
     rows = {}
     for name in plan.rows:

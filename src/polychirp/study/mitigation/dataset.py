@@ -19,7 +19,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError, RunError
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.if_frame import IfFrame, IfParts
@@ -33,9 +32,8 @@ from polychirp.study.mitigation.engine_frames import (
     kept_interference,
     road_study,
 )
-from polychirp.study.mitigation.frame_sets import FRAME_SETS, NEWEST
-from polychirp.study.mitigation.measures import has_rates, measured_frame
-from polychirp.study.mitigation.published import ARIM_GRID, arim
+from polychirp.study.mitigation.frame_sets import FRAME_SETS, NEWEST, PUBLISHED
+from polychirp.study.mitigation.published import ARIM_GRID, PublishedFrame, arim
 from polychirp.study.mitigation.street_frames import STREETS, street_study
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.tasks import Outcome, Task, outcome_of
@@ -66,7 +64,7 @@ ARRAYS: Final[Mapping[str, tuple[tuple[str, ...], str, str]]] = {
     "slope": (("ramp",), "Hz/s", "of each ramp"),
     "transmit_weight": (("ramp", "element"), "", "of each transmitting element; 1: full power"),
     "target_range": (("target",), "m", "of each target, in the middle of the frame"),
-    "target_range_rate": (("target",), "m/s", "positive: away; 0 for a single ramp of a preset"),
+    "target_range_rate": (("target",), "m/s", "positive: away"),
     "target_azimuth": (("target",), "rad", "positive: left; 0 for presets of one channel"),
     "target_is_visible": (("target",), "", "in sight of the radar"),
     "cell": (("label",), "", "SNR and SIR, dB, and relative slope; of the preset arim-grid only"),
@@ -211,11 +209,9 @@ def _preset_arrays(name: str, streams: Streams, number: int) -> dict[str, NDArra
         return _samples(*kept_interference(one.frame, one.parts, kept)) | _truth(one)
     if name == GRID:
         snr, sir, ratio = ARIM_GRID[number % len(ARIM_GRID)]
-        frame, parts = arim(streams, snr=from_db(snr), sir=from_db(sir), ratio=ratio)
-        label = {"cell": np.array([snr, sir, ratio])}
-        return _samples(frame, parts) | _targets_of_map(frame, parts) | label
-    frame, parts = FRAME_SETS[NEWEST][name](streams)
-    return _samples(frame, parts) | _targets_of_map(frame, parts)
+        drawn = arim(streams, snr=from_db(snr), sir=from_db(sir), ratio=ratio)
+        return _of_points(drawn) | {"cell": np.array([snr, sir, ratio])}
+    return _of_points(PUBLISHED[name](streams))
 
 
 def data_card(plan: DatasetPlan) -> str:
@@ -241,10 +237,8 @@ Every frame is a Zarr group, `frame-NUMBER.zarr`, of these arrays:
 Samples are complex64; `interfered` is `clean` plus `interference`, and `clean` is `noise_free` plus
 noise and leakage. All frames are simulated: none is recorded. Frames are drawn independently, so
 that any split by numbers separates training from tests. The targets of studies, roads and streets
-are their bodies, seen from the radar; those of tu-delft, arim and toth are the cells of their
-echoes' peaks, to a cell's resolution. Such cells are known up to half of the sample rate, so that
-echoes of arim beyond 48 m have no label, and their range rates are folded into λ/2T of ramps T
-apart.
+are their bodies, seen from the radar; those of tu-delft, arim and toth are all drawn points, also
+those below the noise.
 """
 
 
@@ -267,21 +261,16 @@ def _samples(frame: IfFrame, parts: IfParts) -> dict[str, NDArray[Any]]:
     }
 
 
-def _targets_of_map(frame: IfFrame, parts: IfParts) -> dict[str, NDArray[Any]]:
-    """Places of the peaks of the echoes of a preset without a study; its ramps are equal."""
-    on = measured_frame(frame, parts)
-    row, column = on.objects.T
-    own = frame.schedule
-    beat = (column + 1) * frame.times.rate / frame.times.most_samples
-    rate: NDArray[Any] = np.zeros(len(row))
-    if has_rates(frame):
-        cycles = np.fft.fftfreq(own.num_ramps)[row] / float(np.diff(own.start_time[:2])[0])
-        rate = 0.5 * cycles * SPEED_OF_LIGHT / float(own.centre_frequency[0])
-    return {
-        "target_range": 0.5 * SPEED_OF_LIGHT * beat / abs(float(own.slope[0])),
+def _of_points(drawn: PublishedFrame) -> dict[str, NDArray[Any]]:
+    """Arrays of a frame of the literature, with its points in the middle of the frame."""
+    times = drawn.frame.times
+    middle = 0.5 * float(times.time[0, 0] + times.time[-1, -1])
+    rate = np.array([target.range_rate for target in drawn.targets])
+    return _samples(drawn.frame, drawn.parts) | {
+        "target_range": np.array([target.range for target in drawn.targets]) + rate * middle,
         "target_range_rate": rate,
-        "target_azimuth": np.zeros(len(row)),
-        "target_is_visible": np.ones(len(row), dtype=np.bool_),
+        "target_azimuth": np.zeros(len(rate)),
+        "target_is_visible": np.ones(len(rate), dtype=np.bool_),
     }
 
 

@@ -12,7 +12,14 @@ from typing import Final
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.rng import Streams
 from polychirp.study.mitigation.engine_frames import ROADS, road_frame
-from polychirp.study.mitigation.published import ARIM_CELLS, TOTH_FILTER, arim, toth, tu_delft
+from polychirp.study.mitigation.published import (
+    ARIM_CELLS,
+    TOTH_FILTER,
+    PublishedFrame,
+    arim,
+    toth,
+    tu_delft,
+)
 from polychirp.study.mitigation.street_frames import STREETS, street_frame
 from polychirp.units import from_db
 
@@ -20,17 +27,32 @@ Maker = Callable[[Streams], tuple[IfFrame, IfParts]]
 """Function that draws a frame and its parts."""
 
 
-def arim_cell(streams: Streams) -> tuple[IfFrame, IfParts]:
+def arim_cell(streams: Streams) -> PublishedFrame:
     """A frame of a cell of ARIM's grid, which is drawn."""
     cell = int(streams["cell"].integers(len(ARIM_CELLS)))
     snr, sir, ratio = ARIM_CELLS[cell]
     return arim(streams, snr=from_db(snr), sir=from_db(sir), ratio=ratio)
 
 
-_V1: Final[Mapping[str, Maker]] = {
+PUBLISHED: Final[Mapping[str, Callable[[Streams], PublishedFrame]]] = {
     "tu-delft": tu_delft,
     "arim": arim_cell,
     "toth": partial(toth, num_ramps=64),
+    "toth-filtered": partial(toth, num_ramps=64, filtering=TOTH_FILTER),
+}
+"""Families of the literature by name, whose targets are points."""
+
+WHOLE_BAND: Final = frozenset({"arim"})
+"""Families whose echoes have beats up to the sample rate; others up to half of it."""
+
+
+def published_frame(streams: Streams, family: str) -> tuple[IfFrame, IfParts]:
+    """A frame of one of the `PUBLISHED` families, and its parts."""
+    return PUBLISHED[family](streams)[:2]
+
+
+_V1: Final[Mapping[str, Maker]] = {
+    **{name: partial(published_frame, family=name) for name in ("tu-delft", "arim", "toth")},
     **{name: partial(road_frame, kind=kind) for name, kind in ROADS.items()},
 }
 
@@ -38,7 +60,7 @@ FRAME_SETS: Final[Mapping[str, Mapping[str, Maker]]] = {
     "v1": _V1,
     "v2": {
         **_V1,
-        "toth-filtered": partial(toth, num_ramps=64, filtering=TOTH_FILTER),
+        "toth-filtered": partial(published_frame, family="toth-filtered"),
         **{name: partial(street_frame, kind=kind) for name, kind in STREETS.items()},
     },
 }

@@ -1,7 +1,8 @@
 r"""Measures of a method of mitigation on one frame, in the range-Doppler map.
 
-The map is the Hann-windowed spectrum over samples and, from eight equal ramps on, over ramps; only
-beats of the sign that echoes have are used. Ramps that differ have a row each instead, the spectrum
+The map is the Hann-windowed spectrum over samples and, from eight equal ramps on, over ramps. Only
+beats of the sign that echoes have are used, up to half the sample rate, or up to the sample rate
+where echoes lie there. Ramps that differ have a row each instead, the spectrum
 of their own samples. *Objects* are the local maxima of the map E of the echoes alone, multipath
 included, that are at most 40 dB below the greatest and 13 dB or more above the noise; *empty* cells
 are those in which E is 10 dB or more below the noise. With the map S after the method and the map C
@@ -30,11 +31,12 @@ SINR alone misleads: a method that lowers everything, echoes too, has a good one
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.receiver.mitigation.base import Mitigated
 from polychirp.receiver.signal_model.equal_ramps import unequal
@@ -87,6 +89,7 @@ class MeasuredFrame:
     objects : cells of the objects, ``(object, 2)``
     empty : mask of the empty cells, ``(range rate, range)``
     threshold : power of ``ghosts`` and ``missed``
+    whole_band : beats up to the sample rate are in the maps
     """
 
     frame: IfFrame
@@ -95,31 +98,41 @@ class MeasuredFrame:
     objects: np.ndarray[tuple[int, int], np.dtype[np.int64]]
     empty: BoolArray
     threshold: float
+    whole_band: bool = False
+
+    def map_of(self, samples: ComplexArray) -> ComplexArray:
+        """Map ``(channel, range rate, range)`` of samples of the frame."""
+        return range_rate_map(self.frame, samples, whole_band=self.whole_band)
 
 
-def measured_frame(frame: IfFrame, parts: IfParts) -> MeasuredFrame:
-    """A frame with its maps, objects and empty cells, from its parts."""
+def measured_frame(frame: IfFrame, parts: IfParts, *, whole_band: bool = False) -> MeasuredFrame:
+    """A frame with its maps, objects and empty cells, from its parts.
+
+    ``whole_band`` takes in beats from half the sample rate up to all of it.
+    """
     from scipy.special import gammainccinv
 
     kept = [n for n, name in enumerate(parts.names) if name not in ("direct", "indirect")]
     clean = frame.with_samples(parts.samples[kept].sum(axis=0))
-    echo = _power(range_rate_map(frame, parts.echo))
-    noise = float(np.mean(_power(range_rate_map(frame, parts.noise))))
+    map_of = partial(range_rate_map, frame, whole_band=whole_band)
+    echo = _power(map_of(parts.echo))
+    noise = float(np.mean(_power(map_of(parts.noise))))
     least = max(float(echo.max()) / DEPTH, LEAST_SNR * noise)
     looks = len(frame.samples)
     return MeasuredFrame(
         frame=frame,
         clean=clean,
-        clean_map=range_rate_map(frame, clean.samples),
+        clean_map=map_of(clean.samples),
         objects=np.argwhere(local_maxima(echo, has_rates=has_rates(frame)) & (echo >= least)),
         empty=echo < EMPTY_RATIO * noise,
         threshold=noise * float(gammainccinv(looks, GHOST_PROBABILITY)) / looks,
+        whole_band=whole_band,
     )
 
 
 def measures(on: MeasuredFrame, treated: Mitigated) -> dict[str, float]:
     """All `MEASURES` of a method's result on a frame; NaN where the frame has no object."""
-    found = range_rate_map(on.frame, treated.samples)
+    found = on.map_of(treated.samples)
     power, before = _power(found), _power(on.clean_map)
     row, column = on.objects.T
     here, there = found[:, row, column], on.clean_map[:, row, column]
@@ -148,25 +161,33 @@ def has_rates(frame: IfFrame) -> bool:
     return frame.schedule.num_ramps >= LEAST_RAMPS and not unequal(frame.schedule)
 
 
-def range_rate_map(frame: IfFrame, samples: ComplexArray) -> ComplexArray:
+def range_rate_map(
+    frame: IfFrame, samples: ComplexArray, *, whole_band: bool = False
+) -> ComplexArray:
     """Hann-windowed spectrum over ramps and samples ``(channel, range rate, range)``.
 
-    Ranges are the beats of the sign of the slope. Fewer equal ramps than `LEAST_RAMPS`: the first
-    alone. Unequal ramps: a row each, ``(channel, ramp, range)``.
+    Ranges are the beats of the sign of the slope, from the first bin to the last one below half
+    the sample rate, or to the last one of all with ``whole_band``. Fewer equal ramps than
+    `LEAST_RAMPS`: the first alone. Unequal ramps: a row each, ``(channel, ramp, range)``.
     """
     from scipy import fft
 
     ramps, length = samples.shape[1:]
     if ramps > 1 and unequal(frame.schedule):
-        return _map_of_ramps(frame, samples)
-    bins = np.arange(1, length // 2) * (1 if frame.schedule.slope[0] > 0 else -1)
+        return _map_of_ramps(frame, samples, whole_band=whole_band)
+    bins = _bins(length, whole_band=whole_band) * (1 if frame.schedule.slope[0] > 0 else -1)
     if ramps < LEAST_RAMPS:
         return np.asarray(fft.fft(samples[:, :1] * _hann(length), axis=2)[:, :, bins])
     over_range = fft.fft(samples * _hann(length), axis=2)[:, :, bins]
     return np.asarray(fft.fft(over_range * _hann(ramps)[:, None], axis=1))
 
 
-def _map_of_ramps(frame: IfFrame, samples: ComplexArray) -> ComplexArray:
+def _bins(length: int, *, whole_band: bool) -> IntArray:
+    """Bins of the beats of a map's ranges."""
+    return np.arange(1, length if whole_band else length // 2)
+
+
+def _map_of_ramps(frame: IfFrame, samples: ComplexArray, *, whole_band: bool) -> ComplexArray:
     """Spectrum of every ramp with a window of its own length, ``(channel, ramp, range)``."""
     from scipy import fft
 
@@ -175,7 +196,7 @@ def _map_of_ramps(frame: IfFrame, samples: ComplexArray) -> ComplexArray:
     for k, count in enumerate(frame.times.num_samples):
         window[k, :count] = _hann(count)
     sign = np.where(frame.schedule.slope > 0, 1, -1)[:, None]
-    bins = sign * np.arange(1, length // 2)
+    bins = sign * _bins(length, whole_band=whole_band)
     spectrum = fft.fft(samples * window, axis=2)
     return np.asarray(spectrum[:, np.arange(ramps)[:, None], bins])
 

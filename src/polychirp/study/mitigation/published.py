@@ -5,7 +5,7 @@ What a description leaves open is chosen here, and said so.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -42,7 +42,15 @@ sample rate. Their imperfect detector is that of each method here; the perfect o
 is `KnownBursts`."""
 
 
-def tu_delft(streams: Streams, *, num_targets: int = 3) -> tuple[IfFrame, IfParts]:
+class PublishedFrame(NamedTuple):
+    """A drawn frame, its parts, and its targets."""
+
+    frame: IfFrame
+    parts: IfParts
+    targets: tuple[HandTarget, ...]
+
+
+def tu_delft(streams: Streams, *, num_targets: int = 3) -> PublishedFrame:
     """One ramp with three crossing interferers (J. Wang, Ding and Yarovoy 2022).
 
     Stated: 4160 samples at 12 MS/s, slope 10¹¹ Hz/s, interferers of 3, −2 and −1.5 times that
@@ -55,14 +63,14 @@ def tu_delft(streams: Streams, *, num_targets: int = 3) -> tuple[IfFrame, IfPart
     victim = ChirpSequence(
         start_frequency=77e9, slope=slope, num_ramps=1, interval=2.0 * count / rate
     )
-    targets = [
+    targets = tuple(
         HandTarget(range=_range_of(beat, slope), amplitude=10.0 ** (-level / 20.0))
         for beat, level in zip(
             random.uniform(0.02, 0.8, num_targets) * 0.5 * rate,
             random.uniform(0.0, 10.0, num_targets),
             strict=True,
         )
-    ]
+    )
     interferers = []
     for ratio in TU_DELFT_SLOPES:
         crossing = random.uniform(0.1, 0.9) * count / rate
@@ -84,16 +92,20 @@ def tu_delft(streams: Streams, *, num_targets: int = 3) -> tuple[IfFrame, IfPart
         noise=noise,
         streams=streams,
     )
-    return with_disturbance(frame, parts, sinr=from_db(-12.7))
+    return PublishedFrame(*with_disturbance(frame, parts, sinr=from_db(-12.7)), targets)
 
 
-def arim(streams: Streams, *, snr: float, sir: float, ratio: float) -> tuple[IfFrame, IfParts]:
+def arim(streams: Streams, *, snr: float, sir: float, ratio: float) -> PublishedFrame:
     """One ramp of ARIM's grid (Ristea, Anghel and Ionescu 2020).
 
     Stated: 40 MS/s, 1.6 GHz in 25.6 µs, 1024 samples, 1 to 4 targets at 2 to 95 m, one interferer
     that crosses in the middle 15 MHz of beats. SIR is that of the spectrum: the amplitude of the
     interferer over that of the strongest target is the square root of the relative slope, times
     the duration, over that of the SIR. Chosen: the other targets are up to 20 dB weaker.
+
+    Echoes have beats from zero to the sample rate: beyond 48 m those above half of it, which the
+    upper half of the discrete spectrum holds. The interferer is in the samples while its beat is
+    within half the sample rate of zero.
 
     Parameters
     ----------
@@ -109,10 +121,10 @@ def arim(streams: Streams, *, snr: float, sir: float, ratio: float) -> tuple[IfF
     )
     number = int(random.integers(1, 5))
     levels = np.append(0.0, random.uniform(0.0, 20.0, number - 1))
-    targets = [
+    targets = tuple(
         HandTarget(range=float(distance), amplitude=10.0 ** (-level / 20.0))
         for distance, level in zip(random.uniform(2.0, 95.0, number), levels, strict=True)
-    ]
+    )
     crossing = random.uniform(0.2, 0.8) * count / rate
     amplitude = np.sqrt(slope * abs(1.0 - ratio)) * count / rate / np.sqrt(sir)
     chirps = ChirpSequence(
@@ -123,7 +135,7 @@ def arim(streams: Streams, *, snr: float, sir: float, ratio: float) -> tuple[IfF
         num_ramps=1,
         interval=4.0 * count / rate,
     )
-    return hand_frame(
+    drawn = hand_frame(
         victim,
         num_samples=count,
         sample_rate=rate,
@@ -132,6 +144,7 @@ def arim(streams: Streams, *, snr: float, sir: float, ratio: float) -> tuple[IfF
         noise=1.0 / snr,
         streams=streams,
     )
+    return PublishedFrame(*drawn, targets)
 
 
 def toth(
@@ -140,7 +153,7 @@ def toth(
     num_ramps: int = 128,
     interferers: Sequence[int] = (1, 2, 3),
     filtering: Butterworth | None = None,
-) -> tuple[IfFrame, IfParts]:
+) -> PublishedFrame:
     """A chirp sequence with 1 to 3 crossing interferers (Toth, Meissner, Melzer and Witrisal 2019).
 
     Stated: 76 GHz, 1 GHz in 48 µs, 20 MS/s, 128 ramps; interferers of 0.6 to 1.4 GHz in 40 to
@@ -158,12 +171,12 @@ def toth(
         start_frequency=76e9, slope=1e9 / duration, num_ramps=num_ramps, interval=60e-6
     )
     levels = np.append(0.0, random.uniform(0.0, 20.0, 2))
-    targets = [
+    targets = tuple(
         HandTarget(range=float(distance), range_rate=float(speed), amplitude=10.0 ** (-level / 20))
         for distance, speed, level in zip(
             random.uniform(5.0, 60.0, 3), random.uniform(-25.0, 25.0, 3), levels, strict=True
         )
-    ]
+    )
     others = []
     sir = from_db(random.uniform(-60.0, -20.0))
     for _ in range(int(random.choice(interferers))):
@@ -176,7 +189,7 @@ def toth(
         )
         start = -float(random.uniform(0.0, chirps.interval))
         others.append(HandInterferer(chirps=chirps, start=start, amplitude=float(sir**-0.5)))
-    return hand_frame(
+    drawn = hand_frame(
         victim,
         num_samples=round(rate * duration),
         sample_rate=rate,
@@ -186,6 +199,7 @@ def toth(
         streams=streams,
         filtering=filtering,
     )
+    return PublishedFrame(*drawn, targets)
 
 
 def with_disturbance(frame: IfFrame, parts: IfParts, *, sinr: float) -> tuple[IfFrame, IfParts]:

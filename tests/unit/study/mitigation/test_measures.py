@@ -108,8 +108,8 @@ def test_local_maxima_wrap_over_range_rate_and_not_over_range():
 
 
 def test_equal_streams_give_equal_frames_and_the_interferers_cross():
-    first, parts = toth(Streams(4), num_ramps=8)
-    second, _ = toth(Streams(4), num_ramps=8)
+    first, parts, _ = toth(Streams(4), num_ramps=8)
+    second, _, _ = toth(Streams(4), num_ramps=8)
     assert np.array_equal(first.samples, second.samples)
     share = np.mean(np.abs(parts.interference) > 0)
     assert 0.0 < share < 0.5
@@ -140,6 +140,27 @@ def test_a_filtered_burst_follows_the_gain_at_its_frequency():
     assert found[inside] == pytest.approx(gain[inside], abs=0.03)
     assert found[40:][outside[40:]].max() < 0.1
     assert outside[40:].any()
+
+
+def test_the_whole_band_holds_an_echo_above_half_the_sample_rate():
+    """2 b R/c is 0.7 of the sample rate; a map up to half of it has no object, and a method that
+    removes the echo goes unpunished."""
+    beat = 0.7 * 10e6
+    frame, parts = hand_frame(
+        VICTIM,
+        num_samples=256,
+        sample_rate=10e6,
+        targets=[HandTarget(range=beat * 299_792_458.0 / (2 * 2e13), amplitude=10.0)],
+        interferers=[],
+        noise=1.0,
+        streams=Streams(3),
+    )
+    assert len(measured_frame(frame, parts).objects) == 0
+    on = measured_frame(frame, parts, whole_band=True)
+    assert on.objects.tolist() == [[0, round(0.7 * 256) - 1]]
+    assert measures(on, mitigated(None, on.clean))["detection"] == 1.0
+    silent = on.clean.with_samples(parts.noise)
+    assert measures(on, mitigated(None, silent))["evm"] == pytest.approx(1.0, abs=0.01)
 
 
 def test_unequal_ramps_have_a_row_each_with_their_own_beat():
