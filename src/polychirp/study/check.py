@@ -571,9 +571,7 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     resolution = SPEED_OF_LIGHT / (2.0 * _sampled_band(schedule, times))
     reader = chosen.reader() if isinstance(chosen, Decoding) else chosen
     code = _code_length(schedule), schedule.num_elements
-    is_unfolded = isinstance(reader, RangeDoppler) and reader.tells_folds_apart(
-        num_sweeps=code[0], num_elements=code[1], num_channels=radar.array.num_channels
-    )
+    is_unfolded = isinstance(reader, RangeDoppler) and _tells_folds(reader, schedule, radar)
     place, _ = virtual_channels(radar.array, schedule.num_elements)
     elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)
     window = Window(None, None)  # of an array whose lobes would take too long to find
@@ -661,6 +659,14 @@ def _code_length(schedule: RampSchedule) -> int:
     weight = schedule.transmit_weight[:: schedule.num_ramps // num_sweeps]
     lengths = range(1, len(weight))
     return next((n for n in lengths if np.allclose(weight[n:], weight[:-n])), len(weight))
+
+
+def _tells_folds(reader: RangeDoppler, schedule: RampSchedule, radar: StudyRadar) -> bool:
+    """True if the receiver tells the speeds apart that a code leaves open."""
+    try:
+        return reader.tells_folds_apart(schedule, radar.array)
+    except CapabilityError:  # a code that cannot be read is told by its radar's problems
+        return False
 
 
 def _has_equal_sweeps(schedule: RampSchedule, num_sweeps: int) -> bool:

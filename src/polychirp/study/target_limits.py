@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from polychirp.axes import FloatArray
+from polychirp.model.antenna import AntennaArray
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.range_doppler.chain import RangeDoppler
@@ -34,9 +35,7 @@ def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Ite
     near: set[str] = set()
     for number in victim_indices(study):
         radar = study.radars[number]
-        speed, why = greatest_speed(
-            study.receiver, schedules[number], num_channels=radar.array.num_channels
-        )
+        speed, why = greatest_speed(study.receiver, schedules[number], radar.array)
         for name in sorted(bodies.keys() & set(target_names(study, radar))):
             distance, rate = _seen_from(radar, bodies, bodies[name])
             if distance > study.receiver.greatest_range:
@@ -71,11 +70,10 @@ def _bodies(study: Study) -> dict[str, Body]:
 
 
 def greatest_speed(
-    receiver: AnyReceiver, schedule: RampSchedule, *, num_channels: int
+    receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray
 ) -> tuple[float, str]:
     """Greatest range rate that the receiver reports as it is, m/s, and the end of a sentence.
 
-    ``num_channels`` is the number of receiving channels.
     The sentence says why a target that is faster is not reported as it is, and what would help.
     """
     receiver = receiver_for(receiver, schedule)
@@ -93,11 +91,8 @@ def greatest_speed(
             f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "
             "receiver.greatest_speed"
         )
-    length, elements = code_blocks(schedule).weight.shape
-    if receiver.tells_folds_apart(
-        num_sweeps=length, num_elements=elements, num_channels=num_channels
-    ):
-        length = 1
+    is_told = receiver.tells_folds_apart(schedule, array)
+    length = 1 if is_told else len(code_blocks(schedule).weight)
     speed = 0.5 * unambiguous_span(schedule, code_length=length)
     return speed, (
         f"its chirps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "

@@ -17,6 +17,7 @@ from polychirp.model.if_filter import IfFilter
 from polychirp.model.leakage import Bumper
 from polychirp.model.radar import Converter
 from polychirp.receiver.mitigation import RampMinimum
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.study.check import check
 from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import (
@@ -146,6 +147,17 @@ def test_the_unambiguous_speed_is_that_of_one_transmitters_interval(
     assert found.unambiguous_speed == pytest.approx(SPAN / sweeps_of_the_code)
     is_left_open = num_channels == 1 and isinstance(coding, TimeDivision)
     assert found.unfolded_speed == pytest.approx(SPAN / (3 if is_left_open else 1))
+
+
+@pytest.mark.filterwarnings("ignore::polychirp.errors.ModelWarning")
+def test_receiving_elements_across_the_transmitting_ones_leave_the_speed_open():
+    """A wrong fold turns the row to another azimuth, which a column cannot refuse."""
+    study = equal_chirps(TimeDivision(), num_channels=4)
+    own = study.radars[0]
+    column = replace(own.array, channel_positions=tuple((0, n) for n in range(4)))
+    radars = (replace(own, array=column),)
+    found = check(replace(study, radars=radars, receiver=RangeDoppler(angle="bartlett"))).radars[0]
+    assert found.unfolded_speed == found.unambiguous_speed == pytest.approx(SPAN / 3)
 
 
 def test_the_speed_resolution_of_subframes_is_that_of_the_longest():

@@ -7,6 +7,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.errors import InputError
+from polychirp.model.antenna import AntennaArray
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
@@ -23,6 +24,7 @@ from polychirp.receiver.detection.cfar import (
 from polychirp.receiver.detection.looks import independent_looks
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.combination import detect_by_subframes
+from polychirp.receiver.range_doppler.fold_ambiguity import folds_are_told_apart
 from polychirp.receiver.range_doppler.peaks import interpolated_peaks, is_local_maximum
 from polychirp.receiver.range_doppler.side_lobes import stands_out
 from polychirp.receiver.range_doppler.subframes import (
@@ -125,12 +127,13 @@ class RangeDoppler(DetectorSettings):
         if not 0.0 < self.quantile <= 1.0:
             raise InputError(f"a receiver's quantile of {self.quantile:g} is not in (0, 1]")
 
-    def tells_folds_apart(self, *, num_sweeps: int, num_elements: int, num_channels: int) -> bool:
-        """True if range rates beyond the span of a code of so many sweeps and elements are told.
+    def tells_folds_apart(self, schedule: RampSchedule, array: AntennaArray) -> bool:
+        """True if range rates beyond the span of a schedule's code are told apart.
 
-        One receiving channel has a beam for every range rate, so that only empty bands tell them.
+        This holds if it does for nearly all directions (`fold_ambiguity`). One receiving channel
+        has a beam for every range rate, so that only empty bands tell them.
         """
-        return num_sweeps > num_elements > 1 or (self.unfolds and num_channels > 1)
+        return folds_are_told_apart(schedule, array, by_beams=self.unfolds)
 
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the middle of the frame.
@@ -149,16 +152,9 @@ class RangeDoppler(DetectorSettings):
         seen = detect_by_subframes(
             lambda part: each.detect_in(each.spectra(part), part),
             frame,
-            tells_folds_apart=self._tells_folds_of(frame),
+            tells_folds_apart=self.tells_folds_apart(frame.schedule, frame.array),
         )
         return seen if self.grouping is None else merged(seen, self.grouping)
-
-    def _tells_folds_of(self, frame: IfFrame) -> bool:
-        """True if range rates beyond the span of the frame's code are told apart for certain."""
-        sweeps, elements = code_blocks(frame.schedule).weight.shape
-        return elements == 1 or self.tells_folds_apart(
-            num_sweeps=sweeps, num_elements=elements, num_channels=frame.array.num_channels
-        )
 
     def training(self, schedule: RampSchedule) -> CfarWindow:
         """Training cells of the CFAR for a schedule.

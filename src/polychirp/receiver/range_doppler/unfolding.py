@@ -29,6 +29,7 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.angle.beams import strongest_beam
 from polychirp.receiver.angle.elements import Elements, Line
@@ -104,7 +105,7 @@ def unfolded(
     by_beams : True if phases between channels are known, so that beams may be compared
     """
     folds = _folds(frame, blocks, amplitude, range_rate)
-    power = np.sum(np.abs(folds.virtual) ** 2, axis=-1) * _energy(blocks)
+    power = np.sum(np.abs(folds.virtual) ** 2, axis=-1) * energy(blocks)
     count = folds.range_rate.shape[1]
     is_admitted = np.ones((range_rate.size, count), dtype=np.bool_)
     quality = power
@@ -136,7 +137,7 @@ def _first_of_the_best(quality: FloatArray) -> IntArray:
     return np.asarray(np.argmax(is_best, axis=1))
 
 
-def _energy(blocks: CodeBlocks) -> FloatArray:
+def energy(blocks: CodeBlocks) -> FloatArray:
     """Energy of every element's code, equal for all elements."""
     return np.asarray(np.sum(np.abs(blocks.weight[:, 0]) ** 2))
 
@@ -153,13 +154,16 @@ def _folds(
     late = interval * np.arange(length)
     turn = np.exp(-4j * np.pi * rates[..., None] * late / wavelength)
     cell = turn[:, :, None, :] * amplitude[:, None]
-    return _Folds(range_rate=rates, cell=cell, virtual=_virtual(frame, blocks, cell))
+    return _Folds(range_rate=rates, cell=cell, virtual=decoded(frame.array, blocks, cell))
 
 
-def _virtual(frame: IfFrame, blocks: CodeBlocks, cell: ComplexArray) -> ComplexArray:
-    """The virtual array ``(…, virtual channel)`` of cells ``(…, channel, sweep of the block)``."""
-    _, order = virtual_channels(frame.array, frame.schedule.num_elements)
-    apart = np.einsum("kl,...ck->...lc", blocks.weight / _energy(blocks), cell)
+def decoded(array: AntennaArray, blocks: CodeBlocks, cell: ComplexArray) -> ComplexArray:
+    """The virtual array ``(…, virtual channel)`` of cells ``(…, channel, sweep of the block)``.
+
+    The cells have no phase of a motion.
+    """
+    _, order = virtual_channels(array, blocks.weight.shape[1])
+    apart = np.einsum("kl,...ck->...lc", blocks.weight / energy(blocks), cell)
     return np.asarray(apart.reshape(*cell.shape[:-2], order.size)[..., order])
 
 
@@ -232,7 +236,7 @@ def _pair(
     return Unfolded(
         detection=np.array([number, number]),
         range_rate=_shifted(folds.range_rate[number], waves.shift),
-        amplitude=_virtual(frame, blocks, of_one),
+        amplitude=decoded(frame.array, blocks, of_one),
         share=waves.share,
     )
 

@@ -20,6 +20,7 @@ from polychirp.errors import (
     PhysicsError,
     no_such,
 )
+from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mimo import virtual_array
@@ -247,7 +248,7 @@ def roc_plan(
         window=_window(
             [curve.receiver for curve in curves],
             schedule,
-            num_channels=bare.radars[0].array.num_channels,
+            array=bare.radars[0].array,
         ),
     )
 
@@ -365,14 +366,12 @@ def _settings(
 
 
 def _window(
-    receivers: Sequence[FrameReceiver], schedule: RampSchedule, *, num_channels: int
+    receivers: Sequence[FrameReceiver], schedule: RampSchedule, *, array: AntennaArray
 ) -> Window:
     """Limits that all receivers share, less twice their error limits at either end."""
     limits = [error_limits(receiver, schedule) for receiver in receivers]
     margin = Extent(*(2.0 * max(values) for values in zip(*limits, strict=True)))
-    speed = min(
-        greatest_speed(receiver, schedule, num_channels=num_channels)[0] for receiver in receivers
-    )
+    speed = min(greatest_speed(receiver, schedule, array)[0] for receiver in receivers)
     half = 0.5 * float(schedule.end_time.max() - schedule.start_time.min())
     least = max(receiver.least_range for receiver in receivers) + margin.range
     greatest = min(receiver.greatest_range for receiver in receivers) - margin.range
