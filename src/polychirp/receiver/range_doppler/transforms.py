@@ -38,6 +38,10 @@ MOST_UNEVEN = 1e-4
 """Greatest deviation of the ramps' starts from equal intervals, as a share of the interval. Chosen:
 a Doppler frequency of half a cycle per interval is then wrong by 2e-4 rad per ramp at most."""
 
+FEWEST_RATES = 3
+"""Fewest range rates of a map: with two, a cell has no neighbours of its range on both sides, in
+which the noise may be estimated."""
+
 
 def taper(size: int) -> FloatArray:
     """Kaiser's window with the sum 1, so that a tone's amplitude is that of its spectral peak."""
@@ -60,8 +64,10 @@ def unfit(schedule: RampSchedule) -> str:
     uneven = float(np.max(np.abs(start - start[0] - interval * np.arange(start.size))))
     if uneven > MOST_UNEVEN * interval:
         return f"its ramps are up to {1e6 * uneven:.3g} µs from equal intervals"
-    if schedule.num_ramps < 2 * _code_length(schedule):
-        return "the code of its transmitting elements fills the frame only once"
+    turns = schedule.num_ramps // _code_length(schedule)
+    if turns < FEWEST_RATES:
+        counted = "ramps" if schedule.num_elements == 1 else "turns of the elements' code"
+        return f"the frame has {turns} {counted}, fewer than {FEWEST_RATES}"
     return ""
 
 

@@ -46,10 +46,10 @@ def test_a_point_has_the_snr_that_is_asked_for(waveform, coding):
     """The energy of all samples over the noise density, measured in the pass band.
 
     The noise is that of 6 frames, averaged over the bins of every ramp below 0.2 of the sample
-    rate, where the IF filter is flat. 6 · 2 · 8 ramps · 60 bins: its error is 1.3 %.
+    rate, where the IF filter is flat. 6 · 2 · 16 ramps · 60 bins: its error is 0.9 %.
     """
     more = {} if coding is None else {**CODED, "coding": coding}
-    study = roc_plan(roc_study(waveform, num_sweeps=8, **more), kinds=["auto"], **ASK).study
+    study = roc_plan(roc_study(waveform, num_sweeps=16, **more), kinds=["auto"], **ASK).study
     echo = frame_with(study, (POINT,), streams=Streams(1))
     energy = np.sum(np.abs(echo.samples) ** 2)
     assert energy / noise_power(study, num_frames=6) == pytest.approx(POINT.snr, rel=0.06)
