@@ -126,6 +126,36 @@ def test_targets_of_one_range_do_not_exchange_their_speeds(waveform):
     assert right >= 48
 
 
+@pytest.mark.parametrize("waveform", [TWO, THREE], ids=["two", "three"])
+def test_two_points_that_share_a_peak_are_not_lost(waveform):
+    """40 pairs of one range, half a cell to 2.5 cells of a subframe apart, up to 6 dB different.
+
+    They interfere differently in every subframe. One of them is found at least, to 1.2 cells, in
+    39 of 40 frames or more, and no speed is another. Of 300 other pairs, one was lost with two
+    subframes, and none with three.
+    """
+    lost = 0
+    cell = WAVELENGTH / (2 * 64 * 54e-6)
+    middle = plan(waveform).end_time[-1] / 2
+    for seed in range(40):
+        draw = np.random.default_rng([78, seed])
+        one = drawn_point(draw, 30.0)
+        rate = one.range_rate + draw.uniform(0.5, 2.5) * cell
+        other = drawn_point(
+            draw,
+            30.0 - draw.uniform(0.0, 6.0),
+            range=one.range + (one.range_rate - rate) * middle,
+            range_rate=rate,
+            azimuth=one.azimuth,
+        )
+        found = seen(waveform, [one, other], seed)
+        off = np.abs(found.range_rate[:, None] - [one.range_rate, rate]).min(axis=1)
+        assert found.num_detections <= 2
+        assert np.all(off < 1.2 * cell)
+        lost += found.num_detections == 0
+    assert lost <= 1
+
+
 def test_elements_that_take_turns_are_read_in_subframes():
     """Two elements: a third of the span in each subframe, and azimuths of the virtual array."""
     array = replace(ARRAY, num_transmitters=2)
@@ -289,10 +319,8 @@ def test_chirps_without_any_equal_intervals_have_no_subframes(count):
     )
     jittered = moved(chirps, 1e-6 * np.arange(count) ** 2)
     assert subframes(jittered) == ()
-    assert (unreadable(jittered) == "") == (count == 2)
-    assert receiver_for(AutoReceiver(), jittered).kind == (
-        "range-doppler" if count == 2 else "coherent"
-    )
+    assert unreadable(jittered) != ""
+    assert receiver_for(AutoReceiver(), jittered).kind == "coherent"
 
 
 def test_a_sawtooth_has_the_span_of_its_interval():

@@ -11,7 +11,7 @@ from polychirp.model.antenna import AntennaArray
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
-from polychirp.model.spectra import RangeRateSpectra
+from polychirp.model.spectra import RangeRateMap, RangeRateSpectra
 from polychirp.receiver.angle.directions import directions
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
@@ -149,8 +149,13 @@ class RangeDoppler(DetectorSettings):
         if not has_subframes(frame.schedule):
             return self.detect_in(self.spectra(frame), frame)
         each = replace(self, grouping=None)
+
+        def read(part: IfFrame) -> tuple[Detections, RangeRateMap]:
+            spectra = each.spectra(part)
+            return each.detect_in(spectra, part), spectra.mean_power
+
         seen = detect_by_subframes(
-            lambda part: each.detect_in(each.spectra(part), part),
+            read,
             frame,
             tells_folds_apart=self.tells_folds_apart(frame.schedule, frame.array),
         )

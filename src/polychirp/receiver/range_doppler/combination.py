@@ -9,9 +9,11 @@ from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
+from polychirp.model.spectra import RangeRateMap
 from polychirp.receiver.angle.directions import angles_of
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.range_doppler.association import SubframeDetections, associated
+from polychirp.receiver.range_doppler.peaks import blend_over_rates
 from polychirp.receiver.range_doppler.subframes import (
     frame_of,
     span_of,
@@ -34,8 +36,17 @@ LEVEL_DEVIATION: Final = 0.92
 """Standard deviation of an echo's logarithmic power between subframes, chosen: 4 dB."""
 
 
+BLEND_DEVIATION: Final = 0.5
+"""Standard deviation of the range rate, cells, over the blend of a peak (`blend_over_rates`).
+Chosen: two points of alike power 1.5 cells apart move their peak by half a cell and more from
+subframe to subframe."""
+
+
 def detect_by_subframes(
-    detect: Callable[[IfFrame], Detections], frame: IfFrame, *, tells_folds_apart: bool
+    read: Callable[[IfFrame], tuple[Detections, RangeRateMap]],
+    frame: IfFrame,
+    *,
+    tells_folds_apart: bool,
 ) -> Detections:
     """Detections that all subframes agree on, strongest first; they refer to the frame's middle.
 
@@ -45,15 +56,16 @@ def detect_by_subframes(
 
     Parameters
     ----------
-    detect : receiver of a frame whose ramps are at equal intervals
-    tells_folds_apart : True if ``detect`` resolves the range rates that a code of the transmitting
+    read : receiver of a frame whose ramps are at equal intervals: its detections and their map
+    tells_folds_apart : True if ``read`` resolves the range rates that a code of the transmitting
         elements leaves open; if False, directions of coded frames are NaN
     """
     frames = [frame_of(frame, ramps) for ramps in subframes(frame.schedule)]
-    found = [detect(part) for part in frames]
+    found, maps = zip(*(read(part) for part in frames), strict=True)
     length = 1 if tells_folds_apart else len(code_blocks(frames[0].schedule).weight)
     parts = [
-        _measured(part, seen, code_length=length) for part, seen in zip(frames, found, strict=True)
+        _measured(part, seen, map_, code_length=length)
+        for part, seen, map_ in zip(frames, found, maps, strict=True)
     ]
     targets = associated(parts, span=unambiguous_span(frame.schedule, code_length=length))
     schedule = frame.schedule
@@ -87,7 +99,9 @@ def detect_by_subframes(
     )
 
 
-def _measured(frame: IfFrame, seen: Detections, *, code_length: int) -> SubframeDetections:
+def _measured(
+    frame: IfFrame, seen: Detections, map_: RangeRateMap, *, code_length: int
+) -> SubframeDetections:
     """A subframe's detections with their variances."""
     schedule, times = frame.schedule, frame.times
     middle = middle_frequency(schedule, times)
@@ -103,15 +117,18 @@ def _measured(frame: IfFrame, seen: Detections, *, code_length: int) -> Subframe
     # 1/(aperture × SNR) is the Cramér–Rao bound of the direction cosine of one wave
     aperture = 2.0 * max(float(np.var(2.0 * np.pi * across)), 1e-12)
     left = np.sin(seen.azimuth) * np.cos(np.nan_to_num(seen.elevation))
+    beat_range = seen.range + seen.range_rate * middle / slope
+    blend = blend_over_rates(map_, range_rate=seen.range_rate, range_=beat_range)
     return SubframeDetections(
         time=seen.time,
         span=span / code_length,
-        beat_range=seen.range + seen.range_rate * middle / slope,
+        beat_range=beat_range,
         range_rate=seen.range_rate,
         left=left if code_length == 1 else np.full(seen.num_detections, np.nan),
         level=np.log(np.maximum(seen.power, 1e-300)),
         range_variance=range_cell**2 * (CELL_VARIANCE / snr + RANGE_FLOOR**2),
-        rate_variance=rate_cell**2 * (CELL_VARIANCE / snr + RATE_FLOOR**2),
+        rate_variance=rate_cell**2
+        * (CELL_VARIANCE / snr + RATE_FLOOR**2 + (BLEND_DEVIATION * blend) ** 2),
         left_variance=1.0 / (aperture * snr) + COSINE_FLOOR**2,
         level_variance=LEVEL_DEVIATION**2,
     )

@@ -4,6 +4,7 @@ import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.model.spectra import RangeRateMap
+from polychirp.receiver.range_doppler.transforms import taper
 
 
 def is_local_maximum(power: FloatArray, *, row: IntArray, column: IntArray) -> BoolArray:
@@ -58,6 +59,34 @@ def interpolated_peaks(
         map_.range[column] + inside * range_offset * (map_.range[1] - map_.range[0]),
         np.exp(here + rate_gain + inside * range_gain),
     )
+
+
+def blend_over_rates(
+    map_: RangeRateMap, *, range_rate: FloatArray, range_: FloatArray
+) -> FloatArray:
+    r"""How much narrower or broader peaks are over range rates than a steady point ``(peak,)``.
+
+    With the second difference :math:`c` of the logarithm of the power over the peak's three cells,
+    and :math:`c_0` that of a point at the same place between cells, it is :math:`c/c_0 - 1`.
+    Two points that share a peak widen it where they are in phase; out of phase, they leave two
+    narrow peaks that are further apart than the points.
+
+    Parameters
+    ----------
+    range_rate, range_ : of each peak, m/s and m, which may lie spans of the map away
+    """
+    rows = len(map_.power)
+    cell = map_.range_rate[1] - map_.range_rate[0]
+    place = (range_rate - map_.range_rate[0]) / cell
+    row = np.rint(place).astype(np.int64)
+    column = np.argmin(np.abs(map_.range - range_[:, None]), axis=1)
+    steps = np.arange(-1, 2)
+    level = np.log(np.maximum(map_.power[(row[:, None] + steps) % rows, column[:, None]], 1e-300))
+    away = steps - (place - row)[:, None]
+    late = (np.arange(rows) - 0.5 * (rows - 1)) / rows
+    lobe = 2.0 * np.log(np.abs(np.exp(2j * np.pi * away[..., None] * late) @ taper(rows)))
+    second = np.array([1.0, -2.0, 1.0])
+    return np.asarray((level @ second) / (lobe @ second) - 1.0)
 
 
 def _vertex(
