@@ -26,7 +26,7 @@ from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.combination import detect_by_subframes
 from polychirp.receiver.range_doppler.fold_ambiguity import folds_are_told_apart
 from polychirp.receiver.range_doppler.peaks import interpolated_peaks, is_local_maximum
-from polychirp.receiver.range_doppler.side_lobes import stands_out
+from polychirp.receiver.range_doppler.side_lobes import GapLobes, stands_out
 from polychirp.receiver.range_doppler.subframes import (
     has_subframes,
     ramps_of,
@@ -195,10 +195,16 @@ class RangeDoppler(DetectorSettings):
         found = self._crossings(map_.power, spectra, frame.schedule)
         found = found.chosen(is_local_maximum(map_.power, row=found.row, column=found.column))
         places = interpolated_peaks(map_, row=found.row, column=found.column)
-        is_point = stands_out(found, map_, places, num_samples=frame.times.most_samples)
+        blocks = code_blocks(frame.schedule)
+        is_point = stands_out(
+            found,
+            map_,
+            places,
+            num_samples=frame.times.most_samples,
+            gaps=self._gap_lobes(frame, blocks),
+        )
         found = found.chosen(is_point)
         rate, beat_range, power = (place[is_point] for place in places)
-        blocks = code_blocks(frame.schedule)
         cells = spectra.amplitude[:, found.row, found.column].T.astype(np.complex128)
         cells = cells.reshape(found.row.size, frame.array.num_channels, len(blocks.weight))
         decoded = unfolded(frame, blocks, cells, rate, floor=found.floor, by_beams=self.unfolds)
@@ -226,6 +232,16 @@ class RangeDoppler(DetectorSettings):
             snr=(decoded.share * (found.power / found.floor)[of])[order],
         )
         return seen if self.grouping is None else merged(seen, self.grouping)
+
+    def _gap_lobes(self, frame: IfFrame, blocks: CodeBlocks) -> GapLobes | None:
+        """Side lobes by the weights that mitigation gives the samples; None if they are equal."""
+        if self.mitigation is None:
+            return None
+        weight = mitigated(self.mitigation, frame).weight
+        if np.ptp(weight) == 0.0:
+            return None
+        is_falling = bool(frame.schedule.slope[0] < 0.0)
+        return GapLobes.of(weight, blocks.ramps[:, :, 0], is_falling=is_falling)
 
     def _crossings(
         self, power: FloatArray, spectra: RangeRateSpectra, schedule: RampSchedule

@@ -11,15 +11,20 @@ for a cell that is away from the point in both.
 With this power :math:`S` in a cell and a threshold T, noise and side lobes together exceed
 :math:`(\sqrt S + \sqrt T)^2` less often than noise alone exceeds T, whatever their phases: of
 amplitudes in several channels, the root of the mean power obeys the triangle inequality.
+
+Where mitigation leaves gaps, the samples' weights are a part of the window, and the level is that
+of the transform of both tapers and the weights, which has no product form (`GapLobes`). Gaps at
+drawn places spread it over the map, where it is a part of the floor already.
 """
 
+from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Self
 
 import numpy as np
-from scipy.fft import fft
+from scipy.fft import fft, fft2
 
-from polychirp.axes import BoolArray, FloatArray
+from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.model.spectra import RangeRateMap
 from polychirp.receiver.detection.cfar import Crossings
 from polychirp.receiver.range_doppler.transforms import taper
@@ -28,6 +33,20 @@ from polychirp.units import from_db
 MARGIN: Final = from_db(1.5)
 """Greatest power of a side lobe over those levels. Chosen: points that share a main lobe partly
 cancel in it, and do not in their side lobes."""
+
+FLOOR_REACH: Final = 11
+"""Distance, in cells, up to which side lobes of gaps count as a part of a cell's floor; chosen, as
+far as training cells reach."""
+
+LEAST_NOISE: Final = 0.1
+"""Least share of a floor that counts as noise; chosen."""
+
+STEPS_PER_CELL: Final = 4
+"""Number of places per cell to which peaks are rounded for the side lobes of gaps (chosen)."""
+
+NEGLIGIBLE: Final = 0.03
+"""Power of a side lobe over the least threshold below which it is left out. Chosen: with noise, it
+would raise a threshold by 1.4 dB."""
 
 PLACES_PER_CELL: Final = 32
 """Number of places per cell at which levels are tabulated (chosen)."""
@@ -60,12 +79,70 @@ def _lobes(size: int) -> _Lobes:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GapLobes:
+    """Side lobes of points where samples have weights.
+
+    Parameters
+    ----------
+    window : tapers times weights, ``(sweep of the code, block, fast)``, with beats that grow
+    """
+
+    window: FloatArray
+    _patterns: dict[tuple[int, int], FloatArray] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, weight: FloatArray, ramps: IntArray, *, is_falling: bool) -> Self:
+        """The side lobes for weights ``(ramp, fast)``.
+
+        ``ramps`` are the numbers of the ramps, ``(block, sweep of the block)``. Beats of falling
+        ramps are negative, so that their samples are taken backwards.
+        """
+        tapers = taper(len(ramps))[:, None] * taper(weight.shape[1])
+        forwards = weight[:, ::-1] if is_falling else weight
+        return cls(window=tapers * forwards[ramps.T])
+
+    @property
+    def highest(self) -> float:
+        """Highest level of all side lobes."""
+        return float(self._pattern(0, 0).max())
+
+    def around(self, row: float, column: float, shape: tuple[int, int]) -> FloatArray:
+        """Levels of the side lobes of a peak in all cells of a map of a shape, mean over sweeps.
+
+        The peak is at fractional numbers of cells. Levels in its main lobe are zero.
+        """
+        up, right = round(STEPS_PER_CELL * row), round(STEPS_PER_CELL * column)
+        pattern = self._pattern(up % STEPS_PER_CELL, right % STEPS_PER_CELL)
+        rows = np.arange(shape[0]) - up // STEPS_PER_CELL
+        columns = np.arange(shape[1]) - right // STEPS_PER_CELL
+        return np.asarray(pattern[np.ix_(rows % len(pattern), columns % len(pattern.T))])
+
+    def _pattern(self, up: int, right: int) -> FloatArray:
+        """Levels in cells ``(block, fast)`` around a peak a few steps beyond the first cell."""
+        if (up, right) not in self._patterns:
+            turns, near = [], []
+            for steps, size in ((up, self.window.shape[1]), (right, self.window.shape[2])):
+                place = steps / STEPS_PER_CELL
+                cells = np.arange(size)
+                turns.append(np.exp(2j * np.pi * place * cells / size))
+                near.append(_apart(cells, place, size) <= _lobes(size).main)
+            turned = self.window * turns[0][:, None] * turns[1]
+            spectra = fft2(turned.astype(np.complex64), overwrite_x=True)
+            power = np.sum(spectra.real**2 + spectra.imag**2, axis=0)
+            power[np.ix_(*near)] = 0.0
+            peak = float(np.sum(self.window.sum(axis=(1, 2)) ** 2))
+            self._patterns[up, right] = power / max(peak, 1e-300)
+        return self._patterns[up, right]
+
+
 def stands_out(
     found: Crossings,
     map_: RangeRateMap,
     places: tuple[FloatArray, FloatArray, FloatArray],
     *,
     num_samples: int,
+    gaps: GapLobes | None = None,
 ) -> BoolArray:
     """True for each peak ``(peak,)`` that is neither a side lobe of stronger ones nor noise on it.
 
@@ -74,22 +151,52 @@ def stands_out(
     found : the peaks' cells
     map_ : transforms over ``num_samples`` samples of a ramp, and over ramps, which is circular
     places : of the peaks between the cells: range rate, m/s, range, m, and power, W
+    gaps : side lobes that weights of samples cause; None if all have the same
     """
     range_rate, range_, power = places
     by_rate, by_range = _lobes(len(map_.range_rate)), _lobes(num_samples)
     row = (range_rate - map_.range_rate[0]) / (map_.range_rate[1] - map_.range_rate[0])
     column = (range_ - map_.range[0]) / (map_.range[1] - map_.range[0])
     highest = max(float(lobes.at(np.asarray(lobes.main))) for lobes in (by_rate, by_range))
-    least, noise = np.min(found.power, initial=np.inf), np.sqrt(found.threshold)
-    lobes = np.zeros(len(power))
+    if gaps is not None:
+        highest = max(highest, gaps.highest)
+    least, noise = np.min(found.threshold, initial=np.inf), np.sqrt(found.threshold)
+    lobes, in_map = np.zeros(len(power)), np.zeros(map_.power.shape)
     for peak in np.argsort(-power, kind="stable"):
-        if MARGIN * highest * power[peak] < least:
+        if MARGIN * highest * power[peak] < NEGLIGIBLE * least:
             break
         if found.power[peak] < (np.sqrt(lobes[peak]) + noise[peak]) ** 2:
             continue
-        away = np.abs(found.row - row[peak])
-        away = np.minimum(away, len(map_.range_rate) - away)
+        away = _apart(found.row, row[peak], len(map_.range_rate))
         beside = np.abs(found.column - column[peak])
         is_beyond = (away > by_rate.main) | (beside > by_range.main)
-        lobes += is_beyond * MARGIN * power[peak] * by_rate.at(away) * by_range.at(beside)
+        level = is_beyond * by_rate.at(away) * by_range.at(beside)
+        if gaps is not None:
+            around = gaps.around(float(row[peak]), float(column[peak]), map_.power.shape)
+            level = np.maximum(level, around[found.row, found.column])
+            in_map += power[peak] * around
+        lobes += MARGIN * power[peak] * level
+    if gaps is not None:
+        noise = np.sqrt(found.threshold * _share_of_noise(found, in_map))
     return np.asarray(found.power >= (np.sqrt(lobes) + noise) ** 2)
+
+
+def _apart(cells: FloatArray | IntArray, cell: float, count: int) -> FloatArray:
+    """Distances of cells from a cell, on a circle of ``count`` cells."""
+    away = np.abs(cells - cell)
+    return np.asarray(np.minimum(away, count - away))
+
+
+def _share_of_noise(found: Crossings, lobes: FloatArray) -> FloatArray:
+    """Share of each cell's floor that is not made of the side lobes ``(range rate, range)``.
+
+    A ridge of lobes is not in a floor that is an ordered statistic, so that the median around the
+    cell counts. Lobes of gaps at drawn places are distributed like noise, whose median is ln 2 of
+    its mean.
+    """
+    rows, columns = lobes.shape
+    steps = np.arange(-FLOOR_REACH, FLOOR_REACH + 1, 2)
+    row = (found.row[:, None] + steps) % rows
+    column = np.clip(found.column[:, None] + steps, 0, columns - 1)
+    mean = np.median(lobes[row[:, :, None], column[:, None]], axis=(1, 2)) / np.log(2.0)
+    return np.asarray(np.clip(1.0 - mean / found.floor, LEAST_NOISE, 1.0))
