@@ -1,4 +1,4 @@
-r"""Whether an array and its code tell the range rates apart that fall into one cell.
+r"""Arrays and codes that tell the range rates apart that fall into one cell.
 
 `unfolding` takes the fold whose elements leave the empty bands empty, and whose strongest beam is
 strongest. Neither need be the true one alone: decoded with a wrong range rate, a plane wave may

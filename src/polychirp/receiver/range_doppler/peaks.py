@@ -64,7 +64,7 @@ def interpolated_peaks(
 def blend_over_rates(
     map_: RangeRateMap, *, range_rate: FloatArray, range_: FloatArray
 ) -> FloatArray:
-    r"""How much narrower or broader peaks are over range rates than a steady point ``(peak,)``.
+    r"""Excess of the curvature of peaks over range rates over that of a steady point ``(peak,)``.
 
     With the second difference :math:`c` of the logarithm of the power over the peak's three cells,
     and :math:`c_0` that of a point at the same place between cells, it is :math:`c/c_0 - 1`.

@@ -30,7 +30,7 @@ from polychirp.receiver.detection.cfar import Crossings
 from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.units import from_db
 
-MARGIN: Final = from_db(1.5)
+LOBE_MARGIN: Final = from_db(1.5)
 """Greatest power of a side lobe over those levels. Chosen: points that share a main lobe partly
 cancel in it, and do not in their side lobes."""
 
@@ -44,7 +44,7 @@ LEAST_NOISE: Final = 0.1
 STEPS_PER_CELL: Final = 4
 """Number of places per cell to which peaks are rounded for the side lobes of gaps (chosen)."""
 
-NEGLIGIBLE: Final = 0.03
+NEGLIGIBLE_LOBE: Final = 0.03
 """Power of a side lobe over the least threshold below which it is left out. Chosen: with noise, it
 would raise a threshold by 1.4 dB."""
 
@@ -163,7 +163,7 @@ def stands_out(
     least, noise = np.min(found.threshold, initial=np.inf), np.sqrt(found.threshold)
     lobes, in_map = np.zeros(len(power)), np.zeros(map_.power.shape)
     for peak in np.argsort(-power, kind="stable"):
-        if MARGIN * highest * power[peak] < NEGLIGIBLE * least:
+        if LOBE_MARGIN * highest * power[peak] < NEGLIGIBLE_LOBE * least:
             break
         if found.power[peak] < (np.sqrt(lobes[peak]) + noise[peak]) ** 2:
             continue
@@ -175,7 +175,7 @@ def stands_out(
             around = gaps.around(float(row[peak]), float(column[peak]), map_.power.shape)
             level = np.maximum(level, around[found.row, found.column])
             in_map += power[peak] * around
-        lobes += MARGIN * power[peak] * level
+        lobes += LOBE_MARGIN * power[peak] * level
     if gaps is not None:
         noise = np.sqrt(found.threshold * _share_of_noise(found, in_map))
     return np.asarray(found.power >= (np.sqrt(lobes) + noise) ** 2)
