@@ -123,6 +123,25 @@ def test_the_grid_of_arim_has_its_960_cells_in_turn():
         assert 10 * np.log10(1.0 / noise) == pytest.approx(arrays["cell"][0], abs=0.6)
 
 
+def test_phases_of_the_channels_are_those_of_their_places():
+    """The beat of the strongest target lags by 2π y sin φ cos ε/λ at an element y further left."""
+    arrays = frame_arrays(DatasetPlan(source="direct", seed=2, num_frames=1), 0)
+    place = arrays["receiver_position"]
+    assert place.shape == (len(arrays["noise_free"]), 3)
+    assert arrays["transmitter_position"].shape == (1, 3)
+    fast = arrays["noise_free"].shape[-1]
+    line = np.fft.fft(arrays["noise_free"][:, 0] * np.hanning(fast))[:, : fast // 2]
+    peak = np.abs(line).sum(axis=0).argmax()
+    cell = 299_792_458.0 * arrays["sample_rate"][0] / (2 * abs(arrays["slope"][0]) * fast)
+    target = np.abs(arrays["target_range"] - peak * cell).argmin()
+    azimuth, elevation = (arrays[f"target_{name}"][target] for name in ("azimuth", "elevation"))
+    left = np.sin(azimuth) * np.cos(elevation)
+    wavelength = 299_792_458.0 / (arrays["start_frequency"][0] + 0.5 * 400e6)
+    expected = -2 * np.pi * np.diff(place[:, 1]) * left / wavelength
+    turned = np.angle(line[1:, peak] / line[:-1, peak])
+    assert np.angle(np.exp(1j * (turned - expected))) == pytest.approx(0.0, abs=0.3)
+
+
 def test_roads_know_the_places_of_their_bodies():
     """The strongest line of the channels' noise-free sum is at a target's range, to a cell."""
     arrays = frame_arrays(DatasetPlan(source="direct", seed=2, num_frames=1), 0)

@@ -41,7 +41,7 @@ from polychirp.study.provenance import canonical_json, versions
 from polychirp.study.spec import Study
 from polychirp.units import from_db
 
-FORMAT: Final = "polychirp dataset, version 3"
+FORMAT: Final = "polychirp dataset, version 4"
 
 GRID: Final = "arim-grid"
 """Preset that takes the cells of ARIM's grid in turn: frame n is of cell n modulo 960."""
@@ -56,6 +56,9 @@ ARRAYS: Final[Mapping[str, tuple[tuple[str, ...], str, str]]] = {
     "noise_free": (("channel", "ramp", "fast"), "V", "echoes alone"),
     "interference": (("channel", "ramp", "fast"), "V", "signals of other radars alone"),
     "hit": (("ramp", "fast"), "", "interference exceeds the noise's mean power"),
+    "sample_rate": (("radar",), "1/s", "of the converter; one value"),
+    "receiver_position": (("channel", "xyz"), "m", "of each channel's element, from the radar"),
+    "transmitter_position": (("element", "xyz"), "m", "of each transmitting element; y is left"),
     "num_samples": (("ramp",), "", "samples on each ramp; the rest is padding"),
     "first": (("ramp",), "s", "time of each ramp's first sample"),
     "start_time": (("ramp",), "s", "start of each ramp"),
@@ -66,6 +69,7 @@ ARRAYS: Final[Mapping[str, tuple[tuple[str, ...], str, str]]] = {
     "target_range": (("target",), "m", "of each target, in the middle of the frame"),
     "target_range_rate": (("target",), "m/s", "positive: away"),
     "target_azimuth": (("target",), "rad", "positive: left; 0 for presets of one channel"),
+    "target_elevation": (("target",), "rad", "positive: up; 0 for presets of one channel"),
     "target_is_visible": (("target",), "", "in sight of the radar"),
     "cell": (("label",), "", "SNR and SIR, dB, and relative slope; of the preset arim-grid only"),
     "path_transmitter": (("path",), "", "number of the transmitting radar; of bodies only"),
@@ -176,6 +180,7 @@ def _truth(one: StudyFrame) -> dict[str, NDArray[Any]]:
         "target_range": one.truth.range,
         "target_range_rate": one.truth.range_rate,
         "target_azimuth": one.truth.azimuth,
+        "target_elevation": one.truth.elevation,
         "target_is_visible": one.truth.is_visible,
         "path_transmitter": one.paths.transmitter,
         "path_delay": one.paths.delay,
@@ -251,6 +256,9 @@ def _samples(frame: IfFrame, parts: IfParts) -> dict[str, NDArray[Any]]:
         "noise_free": parts.echo.astype(np.complex64),
         "interference": interference.astype(np.complex64),
         "hit": hit_in_truth(parts, frame.times.is_sample),
+        "sample_rate": np.array([frame.times.rate]),
+        "receiver_position": frame.array.position,
+        "transmitter_position": frame.array.transmit_position[: own.num_elements],
         "num_samples": frame.times.num_samples,
         "first": frame.times.first,
         "start_time": own.start_time,
@@ -270,6 +278,7 @@ def _of_points(drawn: PublishedFrame) -> dict[str, NDArray[Any]]:
         "target_range": np.array([target.range for target in drawn.targets]) + rate * middle,
         "target_range_rate": rate,
         "target_azimuth": np.zeros(len(rate)),
+        "target_elevation": np.zeros(len(rate)),
         "target_is_visible": np.ones(len(rate), dtype=np.bool_),
     }
 
