@@ -334,3 +334,41 @@ def test_the_floor_that_a_chirp_leaves_in_a_correlation(compare):
         tolerance=1.5,
         source="T_int / T_f² B (Rao and Mani)",
     )
+
+
+def noisy(waveform, *, num_sweeps, path, snr_db, radar=WIDE):
+    """A frame of a point and white noise, with this SNR of one sample in dB."""
+    plan = schedule_of(waveform, num_sweeps=num_sweeps)
+    frame = received((radar,), [plan], path, transmitter=0)
+    power = np.mean(np.abs(frame.samples) ** 2) / from_db(snr_db)
+    noise = np.random.default_rng(5).normal(
+        scale=np.sqrt(0.5 * power), size=(2, *frame.samples.shape)
+    )
+    return frame.with_samples(frame.samples + noise[0] + 1j * noise[1])
+
+
+@pytest.mark.parametrize("name", ["m-sequence", "gold", "noise"])
+def test_side_lobes_of_a_code_are_no_detections(name):
+    """A point 20 dB above the noise of a sample, in the frame 56 dB. Without their levels, a Gold
+    sequence of 127 chips has tens of detections."""
+    waveform = (
+        Noise(bandwidth=150e6, chip_duration=5e-9, num_chips=254, periods=3, idle=0.0)
+        if name == "noise"
+        else code_of(name)
+    )
+    frame = noisy(waveform, num_sweeps=32, path=HandPath(transmitter=0, delay=83.4e-9), snr_db=20.0)
+    found = Decoding(greatest_range=50.0).detect(frame)
+    assert found.range == pytest.approx([0.5 * SPEED_OF_LIGHT * 83.4e-9], abs=0.1)
+
+
+def test_the_power_of_a_moving_point_is_that_of_a_sample():
+    """40 periods of 0.635 µs at 20 m/s turn by 0.27 cycles, of which the mean has sinc² = 0.78."""
+    waveform = replace(code_of("m-sequence"), periods=41, idle=1e-6)
+    powers = {}
+    for speed in (0.0, 20.0):
+        path = HandPath(transmitter=0, delay=1e-7, delay_rate=2 * speed / SPEED_OF_LIGHT)
+        frame = noisy(waveform, num_sweeps=64, path=path, snr_db=20.0)
+        found = Decoding(greatest_range=50.0).detect(frame)
+        assert found.range_rate[0] == pytest.approx(speed, abs=0.2)
+        powers[speed] = found.power[0]
+    assert powers[20.0] == pytest.approx(powers[0.0], rel=0.03)

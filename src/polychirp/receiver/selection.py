@@ -18,6 +18,7 @@ from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.decoding.code_limits import (
+    refuse_filter,
     refuse_prediction,
     refuse_samples,
     refuse_undecodable,
@@ -243,13 +244,16 @@ def refuse_unsampled(receiver: AnyReceiver, schedule: RampSchedule, radar: Radar
     Raises
     ------
     CapabilityError, PhysicsError
-        The samples of a coded carrier are too few, too slow or too early (`decoding.code_limits`),
+        The samples of a coded carrier are too few, too slow or too early, or the IF filter takes
+        the code from them (`decoding.code_limits`),
         or those of steps are too early or behind a high-pass filter (`stepped.step_limits`).
     """
     chosen = receiver_for(receiver, schedule)
     if isinstance(chosen, Decoding):
         times = sample_times(schedule, radar.converter)
         refuse_samples(schedule, times, greatest_range=chosen.greatest_range)
+        passband = radar.if_filter.passband
+        refuse_filter(schedule, passband, greatest_range=chosen.greatest_range)
     if isinstance(chosen, MfskReceiver):
         times = sample_times(schedule, radar.converter)
         refuse_early_samples(schedule, times, greatest_range=chosen.greatest_range)

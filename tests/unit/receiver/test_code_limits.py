@@ -8,6 +8,7 @@ import pytest
 from polychirp.correlation.theory import expected
 from polychirp.errors import CapabilityError, InputError, PhysicsError
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp_code import RampCode
@@ -31,11 +32,15 @@ from polychirp.waveform import Noise, PhaseCodedRamp, Pmcw, Sawtooth
 from tests.support.points import frame_of
 
 CARRIER = Pmcw(order=7).schedule(num_sweeps=8, streams=Streams(1))
+CODED_CHIRPS = PhaseCodedRamp().schedule(num_sweeps=8, streams=Streams(1))
 GOOD = Converter(sample_rate=500e6, start=254e-9, margin=0.0)
 
 
-def of(converter):
-    return Radar(name="front", converter=converter)
+WIDE = IfFilter(passband=250e6, stopband=300e6)
+
+
+def of(converter, if_filter=WIDE):
+    return Radar(name="front", converter=converter, if_filter=if_filter)
 
 
 def test_the_receiver_is_chosen_because_of_the_code():
@@ -77,6 +82,27 @@ def test_samples_that_cannot_be_correlated_are_refused(change, greatest, error, 
         refuse_unsampled(Decoding(greatest_range=greatest), CARRIER, of(replace(GOOD, **change)))
 
 
+@pytest.mark.parametrize(
+    ("schedule", "enough", "sentence"),
+    [
+        (
+            CARRIER,
+            199.9e6,
+            r"passes 180 MHz, and the chips of its carrier need 199.8 MHz on either",
+        ),
+        (CODED_CHIRPS, 6.2e6, r"its beats with their code need 6.136 MHz .* to '6.2 MHz' or more"),
+    ],
+    ids=["carrier", "chirps"],
+)
+def test_a_filter_that_takes_the_code_away_is_refused(schedule, enough, sentence):
+    """0.4 of 499.5 MHz; 20 MHz/µs and 30 m have beats of 4.003 MHz, and chips of 0.47 µs 2.133."""
+    receiver = Decoding(greatest_range=30.0)
+    refuse_unsampled(receiver, schedule, of(GOOD, IfFilter(passband=enough, stopband=3e8)))
+    narrow = IfFilter(passband=0.9004502251 * enough, stopband=3e8)
+    with pytest.raises(PhysicsError, match=sentence):
+        refuse_unsampled(receiver, schedule, of(GOOD, narrow))
+
+
 def test_echoes_of_an_almost_perfect_code_repeat_after_half_its_length():
     plan = Pmcw(code="almost-perfect", order=6).schedule(num_sweeps=2, streams=Streams(1))
     assert plan.code.repetition[0] == pytest.approx(0.5 * plan.code.period[0])
@@ -104,9 +130,6 @@ def test_a_clock_stretches_chips_with_their_ramps():
 def test_chips_without_sense_are_refused(value, sentence):
     with pytest.raises(InputError, match=sentence):
         RampCode(value=value, row=[0], chip_duration=[1e-9])
-
-
-CODED_CHIRPS = PhaseCodedRamp().schedule(num_sweeps=8, streams=Streams(1))
 
 
 @pytest.mark.parametrize("receiver", [RangeDoppler(), CoherentReceiver(), PaperReceiver()])

@@ -15,7 +15,13 @@ from polychirp.receiver.decoding.code_limits import (
     refuse_samples,
     refuse_undecodable,
 )
-from polychirp.receiver.decoding.correlation import correlated, decoded_ramps, present_share
+from polychirp.receiver.decoding.correlation import (
+    correlated,
+    decoded_ramps,
+    line_power,
+    present_share,
+    turning_loss,
+)
 from polychirp.receiver.decoding.reading import Reading
 from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
@@ -31,7 +37,8 @@ class Decoding(DetectorSettings):
     The samples are mitigated first; what mitigation takes of an echo is made up for. Bursts are
     found by their amplitude alone, as chips cannot be predicted from their neighbours. On a
     carrier of constant frequency (PMCW, noise) the samples are then correlated with the code over
-    the whole periods that the converter takes of a sweep (`decoding.correlation`). Samples of
+    the whole periods that the converter takes of a sweep (`decoding.correlation`). Side lobes of
+    the code are no detections, and powers have what motion takes from the sum. Samples of
     chirps are aligned and multiplied by the code (`decoding.alignment`). Both are linear. The
     result is a frame of chirps without a code, whose range rates, CFAR, azimuths and codes of
     several transmitting elements are those of `RangeDoppler`.
@@ -85,6 +92,7 @@ class Decoding(DetectorSettings):
 
         return Reading(
             receiver=self.reader(),
+            weight=line_power(schedule, times) if is_carrier else None,
             frame=replace(
                 frame, samples=decode(frame.samples), times=moments, schedule=ramps, high_pass=None
             ),
@@ -105,7 +113,9 @@ class Decoding(DetectorSettings):
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, as of `RangeDoppler.detect`; errors as of `reading`."""
         read = self.reading(frame)
-        return read.receiver.detect(read.frame)
+        seen = read.receiver.detect(read.frame, weight=read.weight)
+        loss = turning_loss(frame.schedule, frame.times, seen.range_rate)
+        return replace(seen, power=seen.power / loss)
 
 
 def _without_prediction(mitigation: AnyMitigation | None) -> AnyMitigation | None:

@@ -17,6 +17,10 @@ MOST_UNEVEN_PERIOD = 1e-2
 """Greatest distance of a period of the code from a whole number of samples, in samples. Chosen: the
 last sample of a period is then wrong by 1 % of a chip, and a clock of 20 ppm remains below it."""
 
+NEEDED_SHARE = 0.8
+"""Share of half the band of a carrier's chips that the IF filter must pass. Chosen: with less, an
+echo loses a decibel, and its peak is a quarter wider than the stated resolution."""
+
 
 def undecodable(schedule: RampSchedule) -> str:
     """Reason why a schedule cannot be decoded, as the end of a sentence; empty if it can.
@@ -96,6 +100,33 @@ def refuse_samples(schedule: RampSchedule, times: SampleTimes, *, greatest_range
             f"the converter starts {start * 1e6:.4g} µs after a sweep's start, before echoes from "
             f"the receiver's greatest range of {greatest_range:g} m arrive; set converter.start to "
             f"'{math.ceil(delay * 1e9)} ns' or more"
+        )
+
+
+def refuse_filter(schedule: RampSchedule, passband: float, *, greatest_range: float) -> None:
+    """Refuse an IF filter that takes the code from the samples; ``passband`` is its edge, Hz.
+
+    The samples of a carrier are chips, which need `NEEDED_SHARE` of half their band on either side.
+    Those of a chirp are beats with the code beside them, the first zero of its spectrum included.
+
+    Raises
+    ------
+    PhysicsError
+        The pass band is narrower.
+    """
+    code = schedule.code
+    if code is None:
+        return
+    needed, what = NEEDED_SHARE * 0.5 * float(np.max(code.bandwidth)), "the chips of its carrier"
+    if np.any(schedule.slope != 0.0):
+        steepest = float(np.max(np.abs(schedule.slope)))
+        beat = 2.0 * steepest * greatest_range / SPEED_OF_LIGHT
+        needed, what = beat + 1.0 / float(np.min(code.chip_duration)), "its beats with their code"
+    if passband < needed:
+        raise PhysicsError(
+            f"its IF filter passes {passband / 1e6:.4g} MHz, and {what} need {needed / 1e6:.4g} "
+            f"MHz on either side; set if_filter.passband to '{math.ceil(needed / 1e5) / 10:g} MHz' "
+            "or more"
         )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from polychirp.axes import ComplexArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 
@@ -18,8 +18,10 @@ class Reading:
     frame : the decoded frame, of ramps without a code
     decode : linear map of samples, V ``(…, channel, ramp, fast)``, that makes the decoded frame's
         from those of the original; parts of the samples still sum to the whole after it
+    weight : weights of the decoded samples of any echo, ``(ramp, fast)``; None if all are equal
     """
 
     receiver: RangeDoppler
     frame: IfFrame
     decode: Callable[[ComplexArray], ComplexArray]
+    weight: FloatArray | None = None

@@ -135,8 +135,11 @@ class RangeDoppler(DetectorSettings):
         """
         return folds_are_told_apart(schedule, array, by_beams=self.unfolds)
 
-    def detect(self, frame: IfFrame) -> Detections:
+    def detect(self, frame: IfFrame, *, weight: FloatArray | None = None) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the middle of the frame.
+
+        ``weight`` has the weights that the samples of every echo have already, ``(ramp, fast)``,
+        such as those of a code's spectrum. Side lobes by them are no detections.
 
         Raises
         ------
@@ -147,7 +150,7 @@ class RangeDoppler(DetectorSettings):
         refuse_steps(frame.schedule, self.kind)
         refuse(unreadable(frame.schedule))
         if not has_subframes(frame.schedule):
-            return self.detect_in(self.spectra(frame), frame)
+            return self.detect_in(self.spectra(frame), frame, weight=weight)
         each = replace(self, grouping=None)
 
         def read(part: IfFrame) -> tuple[Detections, RangeRateMap]:
@@ -189,7 +192,9 @@ class RangeDoppler(DetectorSettings):
         profiles = range_profiles(frame, greatest_range=self.greatest_range)
         return range_rate_spectra(profiles, frame, blocks)
 
-    def detect_in(self, spectra: RangeRateSpectra, frame: IfFrame) -> Detections:
+    def detect_in(
+        self, spectra: RangeRateSpectra, frame: IfFrame, *, weight: FloatArray | None = None
+    ) -> Detections:
         """Detections, as of `detect`, from the `spectra` of the frame."""
         map_ = spectra.mean_power
         found = self._crossings(map_.power, spectra, frame.schedule)
@@ -201,7 +206,7 @@ class RangeDoppler(DetectorSettings):
             map_,
             places,
             num_samples=frame.times.most_samples,
-            gaps=self._gap_lobes(frame, blocks),
+            gaps=self._gap_lobes(frame, blocks, weight),
         )
         found = found.chosen(is_point)
         rate, beat_range, power = (place[is_point] for place in places)
@@ -233,12 +238,14 @@ class RangeDoppler(DetectorSettings):
         )
         return seen if self.grouping is None else merged(seen, self.grouping)
 
-    def _gap_lobes(self, frame: IfFrame, blocks: CodeBlocks) -> GapLobes | None:
-        """Side lobes by the weights that mitigation gives the samples; None if they are equal."""
-        if self.mitigation is None:
-            return None
-        weight = mitigated(self.mitigation, frame).weight
-        if np.ptp(weight) == 0.0:
+    def _gap_lobes(
+        self, frame: IfFrame, blocks: CodeBlocks, weight: FloatArray | None
+    ) -> GapLobes | None:
+        """Side lobes by weights of the samples and those of mitigation; None if all are equal."""
+        if self.mitigation is not None:
+            cleaned = mitigated(self.mitigation, frame).weight
+            weight = cleaned if weight is None else weight * cleaned
+        if weight is None or np.ptp(weight) == 0.0:
             return None
         is_falling = bool(frame.schedule.slope[0] < 0.0)
         return GapLobes.of(weight, blocks.ramps[:, :, 0], is_falling=is_falling)

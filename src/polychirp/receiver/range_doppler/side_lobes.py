@@ -176,7 +176,7 @@ def stands_out(
             level = np.maximum(level, around[found.row, found.column])
             in_map += power[peak] * around
         lobes += LOBE_MARGIN * power[peak] * level
-    if gaps is not None:
+    if gaps is not None and len(power):
         noise = np.sqrt(found.threshold * _share_of_noise(found, in_map))
     return np.asarray(found.power >= (np.sqrt(lobes) + noise) ** 2)
 
