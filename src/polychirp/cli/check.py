@@ -142,6 +142,8 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
 
 
 def _speed_limit(radar: DerivedRadar) -> str:
+    if radar.num_ramps == 1:
+        return "none: a single ramp"
     if not (radar.has_equal_sweeps or radar.has_subframes):
         return "no limit: sweeps differ"
     together = " by all subframes" if radar.has_subframes else ""

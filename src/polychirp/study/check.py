@@ -30,6 +30,7 @@ from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.angle.ambiguity import Window, ambiguities, unambiguous_window
 from polychirp.receiver.angle.beams import too_large
 from polychirp.receiver.angle.elements import Elements
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.mitigation.base import refuse_unfit
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
@@ -40,6 +41,7 @@ from polychirp.receiver.range_doppler.subframes import (
     subframes,
     unambiguous_span,
 )
+from polychirp.receiver.range_doppler.transforms import MOST_UNEVEN
 from polychirp.receiver.selection import (
     AnyReceiver,
     FrameReceiver,
@@ -51,6 +53,7 @@ from polychirp.receiver.selection import (
     refuse_unreadable,
     refuse_unsampled,
 )
+from polychirp.receiver.signal_model.equal_ramps import unequal
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 from polychirp.receiver.stepped.chain import MfskReceiver
 from polychirp.receiver.stepped.staircase import unreadable as unstepped
@@ -264,6 +267,7 @@ def check(study: Study) -> Derived:
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
     _warn_of_ambiguity(study, schedules)
+    _warn_of_open_speeds(study, schedules)
     _warn_of_settings_in_vain(study, schedules)
     victims = [radars[i] for i in victim_indices(study)]
     frames = [schedules[i] for i in victim_indices(study)]
@@ -743,6 +747,43 @@ def _warn_of_ambiguity(study: Study, schedules: Sequence[RampSchedule]) -> None:
             ModelWarning,
             stacklevel=3,
         )
+
+
+def _warn_of_open_speeds(study: Study, schedules: Sequence[RampSchedule]) -> None:
+    """Warn of victims whose equal ramps leave the range rate open to the coherent receiver.
+
+    The migration λN/2 over N ramps by which two folds differ is then less than a range cell.
+    """
+    for number in victim_indices(study):
+        radar, schedule = study.radars[number], schedules[number]
+        receiver = receiver_for(study.receiver, schedule)
+        count, centre = schedule.num_ramps, float(schedule.centre_frequency[0])
+        if not isinstance(receiver, CoherentReceiver) or (count > 1 and unequal(schedule)):
+            continue
+        interval = np.diff(schedule.start_time)
+        is_even = count < 3 or float(np.ptp(interval)) < MOST_UNEVEN * float(interval.mean())
+        if not is_even or count * float(schedule.bandwidth[0]) > centre:
+            continue
+        searched = f"±{3.6 * receiver.greatest_speed:.0f} km/h"
+        if count == 1:
+            shift = receiver.greatest_speed * centre / abs(float(schedule.slope[0]))
+            text = (
+                f"'{radar.name}' has a single ramp, on which range and range rate have one beat: a "
+                f"detection may have any range rate within {searched}, receiver.greatest_speed, "
+                f"and a range that is wrong by up to {shift:.3g} m with it; use ramps of two "
+                "slopes, or many equal ones"
+            )
+        else:
+            fold = 0.5 * SPEED_OF_LIGHT / (centre * float(interval.mean()))
+            if 0.5 * fold >= receiver.greatest_speed:
+                continue
+            text = (
+                f"the {count} equal ramps of '{radar.name}' do not tell range rates "
+                f"{3.6 * fold:.3g} km/h apart, and its receiver 'coherent' searches {searched}: a "
+                "detection may have a wrong one; lower receiver.greatest_speed, or use ramps of "
+                "two slopes or drawn intervals"
+            )
+        warnings.warn(text, ModelWarning, stacklevel=3)
 
 
 def _need_audible(radar: StudyRadar, derived: DerivedRadar, *, number: int, study: Study) -> None:

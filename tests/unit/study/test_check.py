@@ -16,6 +16,7 @@ from polychirp.model.front_end import Digitiser, FrontEnd, HighPass
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.leakage import Bumper
 from polychirp.model.radar import Converter
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation import RampMinimum
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.study.check import check
@@ -103,6 +104,26 @@ def test_a_sweep_of_one_ramp_doubles_the_unambiguous_speed():
     sawtooth = replace(FRONT, waveform=Sawtooth(bandwidth=1e9, ramp_duration=1e-3))
     one, two = check(replace(STUDY, radars=(sawtooth,))), check(STUDY)
     assert one.radars[0].unambiguous_speed == pytest.approx(2 * two.radars[0].unambiguous_speed)
+
+
+@pytest.mark.parametrize(
+    ("num_sweeps", "greatest_speed", "sentence"),
+    [
+        (1, 10.0, r"'front' has a single ramp, .* wrong by up to 0\.4 m"),
+        (4, 32.0, r"the 4 equal ramps of 'front' do not tell range rates 13\.5 km/h apart"),
+    ],
+)
+def test_equal_ramps_that_leave_the_range_rate_open_are_told(num_sweeps, greatest_speed, sentence):
+    """R and v of one beat: f v/b = 80 GHz · 10 m/s / (2e12 Hz/s). λ/2T = 3.747 mm/1 ms."""
+    chirps = Sawtooth(start_frequency=79.5e9, bandwidth=1e9, ramp_duration=5e-4)
+    study = replace(
+        STUDY,
+        radars=(replace(FRONT, waveform=chirps),),
+        num_sweeps=num_sweeps,
+        receiver=CoherentReceiver(greatest_speed=greatest_speed),
+    )
+    with pytest.warns(ModelWarning, match=sentence):
+        check(study)
 
 
 def equal_chirps(coding, *, num_channels: int) -> Study:
