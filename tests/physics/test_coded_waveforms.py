@@ -372,3 +372,19 @@ def test_the_power_of_a_moving_point_is_that_of_a_sample():
         assert found.range_rate[0] == pytest.approx(speed, abs=0.2)
         powers[speed] = found.power[0]
     assert powers[20.0] == pytest.approx(powers[0.0], rel=0.03)
+
+
+@pytest.mark.parametrize("ratio_db", [1.0, 2.0, 3.0, 8.0])
+def test_noise_has_the_ratio_of_peak_to_average_that_is_asked_for(ratio_db):
+    chips = schedule_of(Noise(peak_to_average=from_db(ratio_db)), num_sweeps=32).code.value
+    power = np.abs(chips) ** 2
+    assert power.max() == pytest.approx(1.0)
+    assert to_db(power.max() / power.mean()) == pytest.approx(ratio_db, abs=0.05)
+
+
+def test_noise_that_no_limit_reaches_uses_the_whole_amplitude():
+    """The greatest of 32 times 512 chips, some 300 of which are independent: ln 9600, 9.6 dB."""
+    chips = schedule_of(Noise(peak_to_average=from_db(12.0)), num_sweeps=32).code.value
+    power = np.abs(chips) ** 2
+    assert power.max() == pytest.approx(1.0)
+    assert to_db(power.max() / power.mean()) == pytest.approx(9.6, abs=0.8)

@@ -1,5 +1,6 @@
 """Interface of waveform families: every waveform becomes a `RampSchedule`."""
 
+import math
 from numbers import Real
 from typing import Final, Protocol, runtime_checkable
 
@@ -49,6 +50,8 @@ def _need_number(owner: str, name: str, value: object) -> None:
             f"{owner} needs a number in SI units as {name}, not {value!r}; quantities with units "
             "are read from study files alone"
         )
+    if math.isinf(value):
+        raise InputError(f"{owner} needs a finite {name}, not {value!r}")
 
 
 def need_positive(owner: str, **values: float) -> None:

@@ -141,3 +141,12 @@ def test_a_decomposition_needs_no_detector_and_fills_with_the_tones():
     repaired = LowRankHankel(rank=2).mitigate(frame_of(spoiled)).samples
     assert np.abs(repaired - clean).max() < 0.1
     assert np.array_equal(repaired[..., :150], spoiled[..., :150])
+
+
+@pytest.mark.parametrize("length", [1, 3, 64])
+def test_a_decomposition_leaves_silence_and_very_short_ramps_as_they_are(length):
+    silent = frame_of(np.zeros((1, 2, length), dtype=np.complex128))
+    assert np.all(LowRankHankel().mitigate(silent).samples == 0.0)
+    if length < 4:
+        short = frame_of(np.ones((1, 2, length), dtype=np.complex128))
+        assert np.all(LowRankHankel().mitigate(short).samples == 1.0)

@@ -117,6 +117,11 @@ def test_values_that_are_not_positive_are_refused_by_name(family, field, value):
         family(**{field: value})
 
 
+def test_an_infinite_bandwidth_is_refused():
+    with pytest.raises(InputError, match="finite bandwidth"):
+        Sawtooth(bandwidth=float("inf"))
+
+
 @pytest.mark.parametrize("family", [Sawtooth, Triangular, DiverseTriangular, FixedTriangular])
 def test_negative_idle_time_is_refused(family):
     with pytest.raises(InputError, match="negative idle"):

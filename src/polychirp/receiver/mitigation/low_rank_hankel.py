@@ -93,6 +93,8 @@ def separate(line: ComplexArray, *, rank: int, iterations: int) -> tuple[Complex
     line : ``(channel, fast)``
     """
     rank = min(rank, line.shape[1] // 4)
+    if rank == 0 or not line.any():
+        return np.zeros(0, dtype=np.complex128), np.zeros(line.shape[1], dtype=np.bool_)
     interference = np.zeros_like(line)
     basis = np.zeros((2, 0), dtype=np.complex128)
     hit = np.zeros(line.shape[1], dtype=np.bool_)

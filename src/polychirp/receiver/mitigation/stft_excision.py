@@ -211,6 +211,11 @@ class StftExcision(Spec):
 
     def _power(self, frame: IfFrame) -> FloatArray:
         """Mean power over the channels of every cell, ``(ramp, frequency, slice)``."""
+        if frame.times.most_samples < HOPS_PER_WINDOW:
+            raise InputError(
+                f"a ramp has {frame.times.most_samples} samples, too few for a time-frequency "
+                "plane; leave this mitigation out"
+            )
         if frame.times.most_samples < self.window:
             raise InputError(
                 f"a ramp has {frame.times.most_samples} samples, and the window of the "
