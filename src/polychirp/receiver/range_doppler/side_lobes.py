@@ -155,8 +155,7 @@ def stands_out(
     """
     range_rate, range_, power = places
     by_rate, by_range = _lobes(len(map_.range_rate)), _lobes(num_samples)
-    row = (range_rate - map_.range_rate[0]) / (map_.range_rate[1] - map_.range_rate[0])
-    column = (range_ - map_.range[0]) / (map_.range[1] - map_.range[0])
+    row, column = _cells(range_rate, map_.range_rate), _cells(range_, map_.range)
     highest = max(float(lobes.at(np.asarray(lobes.main))) for lobes in (by_rate, by_range))
     if gaps is not None:
         highest = max(highest, gaps.highest)
@@ -179,6 +178,13 @@ def stands_out(
     if gaps is not None and len(power):
         noise = np.sqrt(found.threshold * _share_of_noise(found, in_map))
     return np.asarray(found.power >= (np.sqrt(lobes) + noise) ** 2)
+
+
+def _cells(value: FloatArray, axis: FloatArray) -> FloatArray:
+    """Places on an axis of a map in cells; 0 on an axis of a single cell."""
+    if axis.size < 2:
+        return np.zeros(value.shape)
+    return np.asarray((value - axis[0]) / (axis[1] - axis[0]))
 
 
 def _apart(cells: FloatArray | IntArray, cell: float, count: int) -> FloatArray:

@@ -5,17 +5,19 @@ from typing import Final, Literal
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
+from polychirp.model.spectra import RangeRateMap
 from polychirp.receiver.angle.directions import directions
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
-from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
+from polychirp.receiver.detection.cfar import CfarWindow, Crossings, ordered_statistic
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.peaks import is_local_maximum
+from polychirp.receiver.range_doppler.side_lobes import stands_out
 from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.receiver.settings import DetectorSettings, need_speed
 from polychirp.receiver.signal_model.transmit_codes import virtual_channels
@@ -34,9 +36,9 @@ class MfskReceiver(DetectorSettings):
 
     The steps: mitigation, the mean of the samples of every step, tapered Fourier transforms of the
     sequences A and B, power summed over channels and sequences, ordered-statistic CFAR along the
-    beats, each peak placed between cells, phase between A and B summed over channels, range and
-    range rate from beat and phase (`solution`), azimuths and elevations from both amplitudes of the
-    channels, which are two snapshots.
+    beats, peaks that are no side lobes placed between cells, phase between A and B summed over
+    channels, range and range rate from beat and phase (`solution`), azimuths and elevations from
+    both amplitudes of the channels, which are two snapshots.
 
     **Accuracy.** The phase tells the range to :math:`N\Delta R\,\sigma_\delta` with N steps and
     :math:`\sigma_\delta = 1/(2\pi\sqrt{\mathrm{SNR}})` cycles, 8 cells with 512 steps at 20 dB in a
@@ -105,8 +107,10 @@ class MfskReceiver(DetectorSettings):
             quantile=self.quantile,
             num_looks=SEQUENCES * frame.array.num_channels,
         )
-        is_peak = is_local_maximum(power, row=found.row, column=found.column)
-        beat = steps.peaks(steps.beat[found.row[is_peak]])
+        found = found.chosen(is_local_maximum(power, row=found.row, column=found.column))
+        beat = steps.peaks(steps.beat[found.row])
+        is_point = _stands_out(found, steps, beat)
+        found, beat = found.chosen(is_point), beat[is_point]
         amplitude = steps.amplitude(beat)
         between = np.sum(amplitude[:, 1] * np.conj(amplitude[:, 0]), axis=0)
         motion = slowest(
@@ -135,7 +139,7 @@ class MfskReceiver(DetectorSettings):
             azimuth=azimuth,
             elevation=elevation,
             power=level[order],
-            snr=(found.power / found.floor)[is_peak][order],
+            snr=(found.power / found.floor)[order],
         )
         return seen if self.grouping is None else merged(seen, self.grouping)
 
@@ -162,6 +166,16 @@ class MfskReceiver(DetectorSettings):
             greatest_range=self.greatest_range,
             greatest_speed=self.greatest_speed,
         )
+
+
+def _stands_out(found: Crossings, steps: Steps, beat: FloatArray) -> BoolArray:
+    """True for each peak that is neither a side lobe of stronger ones nor noise on it.
+
+    The map of `side_lobes` has the beats as its circular axis, and one column.
+    """
+    map_ = RangeRateMap(power=steps.power[:, None], range_rate=steps.beat, range=np.zeros(1))
+    level = np.mean(np.abs(steps.amplitude(beat)) ** 2, axis=(0, 1))
+    return stands_out(found, map_, (beat, np.zeros(beat.size), level), num_samples=1)
 
 
 def in_sequences(amplitude: ComplexArray) -> ComplexArray:
