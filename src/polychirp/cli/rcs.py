@@ -84,6 +84,11 @@ def add_parser(subparsers: Any) -> None:
         "--up", choices=("y", "z"), help="upward axis of the mesh file (default: y; z for STL)"
     )
     parser.add_argument(
+        "--front",
+        choices=("x", "-x", "y", "-y", "z", "-z"),
+        help="axis of the mesh file to its front (default: x; glTF's convention is z)",
+    )
+    parser.add_argument(
         "-o", "--out", metavar="DIR", help="folder of the results (default: out/rcs-NAME)"
     )
 
@@ -142,7 +147,7 @@ def _mesh(arguments: argparse.Namespace, *, smallest: float) -> Mesh:
         raise InputError(f"--material: {no_such('material', arguments.material, known)}")
     longest = positive_value(arguments, "max_edge", "m")
     if arguments.mesh in BODIES:
-        for option in ("scale", "up"):
+        for option in ("scale", "up", "front"):
             if getattr(arguments, option) is not None:
                 raise InputError(
                     f"--{option}: the built-in body '{arguments.mesh}' does not take it, but the "
@@ -187,6 +192,7 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
             default_material=arguments.material,
             scale=scale,
             up_axis=arguments.up or ("z" if is_stl else "y"),
+            front_axis=arguments.front or "x",
         )
     except InputError as error:
         if arguments.material is None and "material" in str(error):

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 TABLE_MATERIALS: Final = ("metal", "glass", "rubber", "plastic", "asphalt", "brick", "wood", "leaf")
 """Names of materials that need no mapping: those of the paper's table 1."""
 
+Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
+"""Axis of a file, and its direction."""
+
 FARTHEST_VERTEX: Final = 1e6
 """Largest magnitude of a vertex's coordinate, m. Chosen: beyond it, edges of 1 cm lose digits."""
 
@@ -41,6 +44,7 @@ def load_mesh(
     default_material: str | None = None,
     scale: float = 1.0,
     up_axis: Literal["y", "z"] = "y",
+    front_axis: Axis = "x",
     max_edge: float = math.inf,
 ) -> Mesh:
     """A mesh from a GLB, OBJ or STL file; the names of its objects become parts.
@@ -54,15 +58,16 @@ def load_mesh(
         "metal" need no entry
     default_material : material of polychirp for all others; an STL file names no materials
     scale : metres per unit of the file
-    up_axis : "y", with x forward and z to the right, or "z" as in polychirp. glTF has y up too, but
-        z forward: turn such a body by 90° before
+    up_axis : "y" or "z", as in polychirp; the system is right-handed
+    front_axis : axis of the file that points to the front of the body; "z" in bodies that keep to
+        the convention of glTF
     max_edge : m; edges that are longer are halved until none is
 
     Raises
     ------
     InputError
         The file is missing, cannot be read, refers to other files, has no triangles or corners
-        that are no numbers, or a material is not mapped.
+        that are no numbers, a material is not mapped, or the front points up or down.
     """
     import trimesh
 
@@ -107,7 +112,7 @@ def load_mesh(
         raise InputError(
             f"'{file}' cannot be read as a mesh: a face has a vertex that is not there"
         ) from None
-    vertex = scale * (mesh.vertex if up_axis == "z" else _from_y_up(mesh.vertex))
+    vertex = scale * _in_own_frame(mesh.vertex, up_axis=up_axis, front_axis=front_axis)
     _check_vertices(file, vertex, mesh.face)
     mesh = replace(mesh, vertex=vertex)
     return mesh if math.isinf(max_edge) else subdivided(mesh, max_edge)
@@ -221,5 +226,21 @@ def _to_y_up(vertex: FloatArray) -> FloatArray:
     return np.column_stack([vertex[:, 0], vertex[:, 2], -vertex[:, 1]])
 
 
-def _from_y_up(vertex: FloatArray) -> FloatArray:
-    return np.column_stack([vertex[:, 0], -vertex[:, 2], vertex[:, 1]])
+def _in_own_frame(vertex: FloatArray, *, up_axis: str, front_axis: str) -> FloatArray:
+    """Vertices ``(vertex, xyz)`` with x to the front, y to the left and z up."""
+    up, front = _unit(up_axis), _unit(front_axis)
+    if up @ front:
+        raise InputError(
+            f"a front_axis of '{front_axis}' points up or down with the up_axis '{up_axis}'; name "
+            "one that is horizontal"
+        )
+    # each axis is one of the file's, so that a corner at infinity stays there alone
+    axes = [front, np.cross(up, front), up]
+    return np.column_stack([vertex[:, np.argmax(np.abs(one))] * one.sum() for one in axes])
+
+
+def _unit(axis: str) -> FloatArray:
+    """Unit vector of an axis such as "-z"."""
+    vector = np.zeros(3)
+    vector["xyz".index(axis[-1])] = -1.0 if axis.startswith("-") else 1.0
+    return vector

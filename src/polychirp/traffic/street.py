@@ -18,7 +18,7 @@ from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.spec import Spec
 from polychirp.traffic.fittings import Fittings
 from polychirp.traffic.furniture import AnyFurniture, Furniture
-from polychirp.traffic.mesh_file import load_mesh
+from polychirp.traffic.mesh_file import Axis, load_mesh
 from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian, RoadUser
 from polychirp.traffic.roadside import WINDOW_SIZE, tree_mesh, upright
 from polychirp.traffic.semi_trailer import (
@@ -78,11 +78,12 @@ class Vehicle(Spec):
         origin
     yaw_rate : rad/s to the left; 0 while the vehicle drives straight
     body : built-in body, used unless ``mesh`` is given
-    mesh : path of a GLB or OBJ file with x forward and the origin on the ground below the middle
+    mesh : path of a GLB or OBJ file with the origin on the ground below the middle
     materials : pairs (material name in the file, material here), not needed for
         `mesh_file.TABLE_MATERIALS`
     scale : metres per unit of the file
     up_axis : vertical axis of the file
+    front_axis : axis of the file that points to the front, "z" by the convention of glTF
     max_edge : greatest edge of facets on flat parts, m
     coarseness : factor on edges on curved parts, see `vehicle_mesh`
     articulation : angle, rad, by which the semi-trailer of an "articulated-truck" is turned to the
@@ -108,6 +109,7 @@ class Vehicle(Spec):
     materials: tuple[tuple[str, str], ...] = ()
     scale: float = 1.0
     up_axis: Literal["y", "z"] = "y"
+    front_axis: Axis = "x"
     x: Metres
     y: Metres
     heading: Radians = 0.0
@@ -161,7 +163,9 @@ class Vehicle(Spec):
                 articulation=self.articulation,
                 fittings=self.fittings,
             )
-        return _loaded(self.mesh, self.materials, self.scale, self.up_axis, self.max_edge)
+        return _loaded(
+            self.mesh, self.materials, self.scale, self.up_axis, self.front_axis, self.max_edge
+        )
 
     @property
     def is_in_pieces(self) -> bool:
@@ -230,10 +234,16 @@ def _loaded(
     materials: tuple[tuple[str, str], ...],
     scale: float,
     up_axis: Literal["y", "z"],
+    front_axis: Axis,
     max_edge: float,
 ) -> Mesh:
     return load_mesh(
-        path, materials=dict(materials), scale=scale, up_axis=up_axis, max_edge=max_edge
+        path,
+        materials=dict(materials),
+        scale=scale,
+        up_axis=up_axis,
+        front_axis=front_axis,
+        max_edge=max_edge,
     )
 
 

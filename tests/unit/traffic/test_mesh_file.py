@@ -79,6 +79,27 @@ def test_a_file_with_z_up_is_taken_as_it_is(obj):
     assert mesh.vertex.max(axis=0) == pytest.approx([2.0, 1.5, 0.0])
 
 
+@pytest.mark.parametrize(
+    ("up_axis", "front_axis", "expected"),
+    [
+        ("y", "x", [10.0, -3.0, 2.0]),  # y up and x ahead, so that z is to the right
+        ("y", "z", [3.0, 10.0, 2.0]),  # glTF: x is to the left
+        ("y", "-x", [-10.0, 3.0, 2.0]),
+        ("z", "x", [10.0, 2.0, 3.0]),
+        ("z", "y", [2.0, -10.0, 3.0]),
+        ("z", "-y", [-2.0, 10.0, 3.0]),
+    ],
+)
+def test_a_body_is_turned_to_its_front(tmp_path, up_axis, front_axis, expected):
+    """A corner at (10, 2, 3) of the file."""
+    path = tmp_path / "body.obj"
+    path.write_text("v 0 0 0\nv 10 2 3\nv 0 1 0\nf 1 2 3\n")
+    mesh = load_mesh(path, default_material="metal", up_axis=up_axis, front_axis=front_axis)
+    assert min(np.linalg.norm(mesh.vertex - expected, axis=1)) == pytest.approx(0.0)
+    with pytest.raises(InputError, match=f"front_axis of '-{up_axis}' points up or down"):
+        load_mesh(path, default_material="metal", up_axis=up_axis, front_axis=f"-{up_axis}")
+
+
 def test_long_edges_of_a_file_are_cut(obj):
     mesh = load_mesh(obj, materials={"paint": "metal"}, scale=0.01, max_edge=0.1)
     edges = np.linalg.norm(mesh.corners - np.roll(mesh.corners, 1, axis=1), axis=2)
