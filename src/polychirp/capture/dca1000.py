@@ -6,14 +6,12 @@ TI's application report SWRA581, "Mmwave Radar Device ADC Raw Data Capture", giv
 xWR16xx, 18xx, 68xx  two lanes; per ramp one receiver after the other;
                      complex: I0 I1 Q0 Q1 I2 I3 Q2 Q3 …; real: one sample after the other
 xWR14xx              four lanes, one for each receiver; per sample complex: I of all four, then Q
-                     of all four; real: one of each. Unused receivers hold zeros, and
-                     ``first_lane`` is the first one that is used
+                     of all four; real: one of each. Unused receivers hold zeros
 ===================  ==========================================================================
 
 Ramps follow each other in time without headers. Samples of 12 or 14 bits (``adc_bits``) stand in
-words of 16 with zeros in front, also if they are negative. If the device was set to send Q first,
-or if its targets beat at negative frequencies, ``conjugate`` must be set in the parameter file:
-Q + jI is j times the conjugate of I + jQ, and one phase of all samples does not matter.
+words of 16 with zeros in front, also if they are negative. If the device was set to swap I and Q,
+or if its targets beat at negative frequencies, ``conjugate`` must be set in the parameter file.
 """
 
 from collections.abc import Iterable
@@ -98,8 +96,7 @@ def unpack(words: Words, parameters: CaptureParameters, *, device: Device) -> Co
     parts = 2 if parameters.sampling == "complex" else 1
     if device == "xwr14xx":
         table = words.reshape(ramps, parameters.num_samples, parts, NUM_LANES)
-        first = parameters.first_lane
-        table = table.transpose(3, 0, 1, 2)[first : first + receivers]
+        table = table.transpose(3, 0, 1, 2)[:receivers]
     elif parts == 2:
         # (ramp, receiver, pair of samples, I or Q, sample of the pair)
         table = words.reshape(ramps, receivers, parameters.num_samples // 2, 2, 2)
@@ -127,12 +124,6 @@ def _words_per_ramp(parameters: CaptureParameters, device: Device) -> int:
         raise InputError(
             f"num_receivers: a DCA1000 file has at most {NUM_LANES} receivers, not "
             f"{parameters.num_receivers}"
-        )
-    last = parameters.first_lane + parameters.num_receivers
-    if device == "xwr14xx" and last > NUM_LANES:
-        raise InputError(
-            f"first_lane: a file of an xWR14xx has {NUM_LANES} lanes, and "
-            f"{parameters.num_receivers} receivers from lane {parameters.first_lane} on need {last}"
         )
     if parts == 2 and device != "xwr14xx" and parameters.num_samples % 2:
         raise InputError("num_samples: must be even, because the file holds samples in pairs")

@@ -48,7 +48,6 @@ num_receivers = 4
 #conjugate = false              # true if targets beat at negative frequencies, or I and Q swap
 # for raw files (.bin): "xwr14xx", "xwr16xx", "xwr18xx" or "xwr68xx"
 #device = "xwr16xx"
-#first_lane = 0                 # of "xwr14xx": first of its receivers that is switched on
 # for NumPy and Zarr: names of the array's axes, the slowest first. They are frame, fast (samples
 #   of a ramp), sweep (one ramp of every transmitter), transmitter and receiver; two of them may be
 #   one axis: ramp (sweep and transmitter) or channel (transmitter and receiver)

@@ -69,8 +69,6 @@ class CaptureParameters(Spec):
     conjugate : take the complex conjugate, for recordings whose targets beat at negative
         frequencies (or whose I and Q are swapped)
     device : TI device that wrote a raw file; needed for ``.bin`` only
-    first_lane : number of the lane of receiver 0 in a raw file of an xWR14xx, which has a lane for
-        every receiver of the device, also for those that are switched off
     num_frames : number of frames that the recording should have; not checked if not given
     """
 
@@ -96,7 +94,6 @@ class CaptureParameters(Spec):
     full_scale: Annotated[float, Between(least=0.0, greatest=1e30)] | None = None
     conjugate: bool = False
     device: Device | None = None
-    first_lane: Annotated[int, Between(greatest=7)] = 0
     num_frames: Annotated[int, Between(greatest=2**53)] | None = None
 
     def __post_init__(self) -> None:
@@ -107,7 +104,7 @@ class CaptureParameters(Spec):
             raise InputError(f"adc_bits: must be 12, 14 or 16, not {self.adc_bits}")
         if self.full_scale is not None and not math.isfinite(self.full_scale):
             raise InputError("full_scale: must be finite")
-        for name in ("idle_time", "adc_start", "first_lane"):
+        for name in ("idle_time", "adc_start"):
             if getattr(self, name) < 0:
                 raise InputError(f"{name}: cannot be negative")
         for name in ("num_ramps", "num_samples", "num_transmitters", "num_receivers"):

@@ -13,14 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from polychirp.bounded_text import json_value, text_of
-from polychirp.capture.ti_tables import (
-    CHIRP_FIELDS,
-    PROFILE_FIELDS,
-    Fields,
-    RawLayout,
-    TiField,
-    TiTables,
-)
+from polychirp.capture.ti_tables import CHIRP_FIELDS, PROFILE_FIELDS, Fields, TiField, TiTables
 from polychirp.errors import InputError, short
 
 _NUMBER: Final = re.compile(r"0[xX][0-9a-fA-F]{1,16}|[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?")
@@ -132,44 +125,7 @@ def _tables_of_json(text: str) -> TiTables:
         transmitters=whole(channels, "txChannelEn", "rlChanCfg_t."),
         adc_format=whole(adc, "b2AdcOutFmt", "rlAdcOutCfg_t.fmt."),
         adc_bits=whole(adc, "b2AdcBits", "rlAdcOutCfg_t.fmt."),
-        layout=_json_layout(devices[0].get("rawDataCaptureConfig")),
     )
-
-
-def _json_layout(config: Any) -> RawLayout:
-    """Layout of the recording that mmWave Studio sets up; the default one if it sets up none.
-
-    The fields are those of mmWaveLink's ``rl_device.h``: ``iqSwapSel`` is 1 if Q is first,
-    ``chInterleave`` is 0 if receivers take turns, and ``transferFmtPkt0`` 1 is samples alone.
-    """
-    if config is None:
-        return RawLayout()
-    values = {}
-    for table, key in (
-        ("rlDevDataFmtCfg_t", "iqSwapSel"),
-        ("rlDevDataFmtCfg_t", "chInterleave"),
-        ("rlDevLaneEnable_t", "laneEn"),
-        ("rlDevDataPathCfg_t", "transferFmtPkt0"),
-    ):
-        fields = _entry(config, table, "rawDataCaptureConfig.")
-        values[key] = _whole(_entry(fields, key, f"{table}."), f"{table}.{key}")
-    for key in ("iqSwapSel", "chInterleave"):
-        _need_flag(values[key], f"rlDevDataFmtCfg_t.{key}")
-    if values["transferFmtPkt0"] != 1:
-        raise InputError(
-            f"rlDevDataPathCfg_t.transferFmtPkt0: {values['transferFmtPkt0']:#x} adds other data "
-            "to the samples, which is not read; record samples alone (0x1)"
-        )
-    return RawLayout(
-        has_q_first=values["iqSwapSel"] == 1,
-        is_interleaved=values["chInterleave"] == 0,
-        num_lanes=values["laneEn"].bit_count(),
-    )
-
-
-def _need_flag(value: int, place: str) -> None:
-    if value not in (0, 1):
-        raise InputError(f"{place}: {value} is not supported; use 0 or 1")
 
 
 def _refuse_other_waveforms(config: Any) -> None:
@@ -268,38 +224,14 @@ def _tables_of_commands(text: str) -> TiTables:
             whole("ddmPhaseShiftAntOrder", number, "transmitter")
             for number in range(min(len(single.get("ddmPhaseShiftAntOrder", ())), 8))
         ),
-        layout=_layout_of_commands(single),
     )
-
-
-def _layout_of_commands(single: Mapping[str, Sequence[float]]) -> RawLayout:
-    """Layout of the recording that a demo streams; the default one if it streams none.
-
-    ``lvdsStreamCfg`` has subframe, header, format (1: samples alone) and software's data;
-    ``adcbufCfg`` ends with the swap of I and Q, the interleaving and the chirps of a buffer.
-    """
-    stream = [_whole(value, "lvdsStreamCfg") for value in single.get("lvdsStreamCfg", ())[1:]]
-    if len(stream) < 3 or stream[1] == 0:
-        return RawLayout()
-    if stream != [0, 1, 0]:
-        raise InputError(
-            "lvdsStreamCfg: headers and other data beside the samples are not read; record with "
-            "'lvdsStreamCfg -1 0 1 0'"
-        )
-    buffer = [_whole(value, "adcbufCfg") for value in single.get("adcbufCfg", ())[-4:]]
-    if len(buffer) < 4:
-        raise InputError("adcbufCfg: is missing; add the command with which it was recorded")
-    for value, name in zip(buffer[1:3], ("SampleSwap", "ChanInterleave"), strict=True):
-        _need_flag(value, f"adcbufCfg: {name}")
-    return RawLayout(has_q_first=buffer[1] == 1, is_interleaved=buffer[2] == 0)
 
 
 READ_COMMANDS: Final = {
     *("flushCfg", "dfeDataOutputMode", "channelCfg", "adcCfg", "profileCfg", "chirpCfg"),
     *("frameCfg", "subFrameCfg", "bpmCfg", "ddmPhaseShiftAntOrder"),
-    *("adcbufCfg", "lvdsStreamCfg"),
 }
-"""Commands that are read; the others set up the device's own signal processing."""
+"""Commands that are read; the others set up the device's own signal processing and interfaces."""
 
 
 def _commands(text: str) -> Iterator[tuple[str, list[float], str]]:

@@ -1,12 +1,12 @@
 """`ChirpProfile`: the chirps of a radar and who sends them, from a file of TI's tools."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
-from polychirp.capture.parameters import CaptureParameters, Device, Sampling
+from polychirp.capture.parameters import CaptureParameters, Sampling
 from polychirp.capture.ti_files import read_tables
-from polychirp.capture.ti_tables import Fields, RawLayout, TiTables
+from polychirp.capture.ti_tables import Fields, TiTables
 from polychirp.errors import InputError
 
 Sharing = Literal["together", "time-division", "doppler-division", "phase-coded"]
@@ -79,48 +79,21 @@ def read_profile(path: Path | str) -> ChirpProfile:
 def recording_parameters(path: Path | str) -> CaptureParameters:
     """Parameters of a recording whose chirps are those of a file of TI's tools.
 
-    If the file says how the samples are recorded, Q first sets ``conjugate``, and lanes and
-    interleaving name a ``device`` of this layout. All else of the layout has its defaults.
-    `InputError` is raised as by `read_profile`, if the transmitters share the chirps by a code
-    of phases, and for a layout that `open_raw` does not read.
+    The layout of the recording has its defaults, since the file does not describe it.
+    `InputError` is raised as by `read_profile`, and if the transmitters share the chirps by a code
+    of phases.
 
     `open_raw` takes them.
     """
-    path = Path(path)
-    try:
-        tables = read_tables(path)
-        return _recorded(profile_of(tables), tables.layout)
-    except InputError as error:
-        raise InputError(f"{path.name}: {error}") from None
-
-
-def _recorded(profile: ChirpProfile, layout: RawLayout) -> CaptureParameters:
-    """Chirps of a profile with the layout of their recording."""
+    profile = read_profile(path)
     if profile.sharing not in ("together", "time-division"):
         code = "a Doppler" if profile.sharing == "doppler-division" else "a binary"
         raise InputError(
-            f"txEnable: the transmitters send every chirp together with {code} "
+            f"{Path(path).name}: txEnable: the transmitters send every chirp together with {code} "
             "code of phases, and recordings are read with transmitters that take turns or send "
             "together without a code; record with such a profile"
         )
-    chirps = profile.chirps
-    is_swapped = layout.has_q_first and chirps.sampling == "complex"
-    return replace(chirps, conjugate=is_swapped, device=_device(layout))
-
-
-def _device(layout: RawLayout) -> Device | None:
-    """Device whose raw files have a layout, None if lanes or interleaving are not said."""
-    if layout.num_lanes is None or layout.is_interleaved is None:
-        return None
-    devices: dict[tuple[int, bool], Device] = {(2, False): "xwr16xx", (4, True): "xwr14xx"}
-    device = devices.get((layout.num_lanes, layout.is_interleaved))
-    if device is None:
-        raise InputError(
-            f"rawDataCaptureConfig: {layout.num_lanes} lanes with a chInterleave of "
-            f"{0 if layout.is_interleaved else 1} are not read; record with 2 lanes and 1, or with "
-            "4 lanes and 0 (xWR12xx, xWR14xx)"
-        )
-    return device
+    return profile.chirps
 
 
 def profile_of(tables: TiTables) -> ChirpProfile:
@@ -154,7 +127,6 @@ def profile_of(tables: TiTables) -> ChirpProfile:
         highest_beat=usable * first["digOutSampleRate"],
         num_transmitters=len(transmitters) if sharing == "time-division" else 1,
         num_receivers=_receivers(tables.receivers),
-        first_lane=(tables.receivers & -tables.receivers).bit_length() - 1,
     )
     return ChirpProfile(
         chirps=chirps,

@@ -1,7 +1,7 @@
 """Commands of TI's tools that describe a radar's chirps, as tables of numbers in SI units."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 Fields = Mapping[str, float]
@@ -49,22 +49,6 @@ CHIRP_FIELDS: Final = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RawLayout:
-    """Order of the samples in a raw file, as far as a file of TI's tools says it.
-
-    Parameters
-    ----------
-    has_q_first : True if Q precedes I
-    is_interleaved : True if samples of all receivers take turns; None if it is not said
-    num_lanes : number of LVDS lanes; None if it is not said
-    """
-
-    has_q_first: bool = False
-    is_interleaved: bool | None = None
-    num_lanes: int | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class TiTables:
     """Contents of a file of TI's tools that concern its chirps.
 
@@ -80,7 +64,6 @@ class TiTables:
     is_binary_coded : True if the signs of two transmitters are a binary code
     doppler_order : transmitters, counted from 0, in the order of their steps of phase from chirp to
         chirp; empty without such a code
-    layout : order of the samples of a recording
     """
 
     profiles: Mapping[int, Fields]
@@ -94,4 +77,3 @@ class TiTables:
     adc_bits: int = 2
     is_binary_coded: bool = False
     doppler_order: tuple[int, ...] = ()
-    layout: RawLayout = field(default_factory=RawLayout)

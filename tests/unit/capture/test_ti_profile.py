@@ -2,15 +2,12 @@
 
 import copy
 import json
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from polychirp.bounded_text import MOST_BYTES
-from polychirp.capture.dca1000 import open_raw
-from polychirp.capture.ti_profile import read_profile, recording_parameters
+from polychirp.capture.ti_profile import read_profile
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 
@@ -303,125 +300,3 @@ def test_files_of_another_kind_are_refused_in_one_sentence(tmp_path, name, conte
 def test_a_missing_file_is_said_to_be_missing(tmp_path):
     with pytest.raises(InputError, match=r"nix\.cfg: this profile does not exist"):
         read_profile(tmp_path / "nix.cfg")
-
-
-RAW = {
-    "rlDevDataFmtCfg_t": {"iqSwapSel": 0, "chInterleave": 1},
-    "rlDevDataPathCfg_t": {"intfSel": 1, "transferFmtPkt0": "0x1", "transferFmtPkt1": "0x0"},
-    "rlDevLaneEnable_t": {"laneEn": "0x3"},
-}
-
-
-def recorded(folder, *, receivers="0xF", **values):
-    """Parameters of a recording by a file of mmWave Studio with values of its raw data changed."""
-    data = changed("rlChanCfg_t/rxChannelEn", receivers)
-    raw = copy.deepcopy(RAW)
-    for key, value in values.items():
-        table = next(table for table in raw.values() if key in table)
-        table[key] = value
-    data["mmWaveDevices"][0]["rawDataCaptureConfig"] = raw
-    path = folder / "radar.mmwave.json"
-    path.write_text(json.dumps(data), encoding="utf-8")
-    return recording_parameters(path)
-
-
-def test_the_layout_of_a_recording_is_that_of_its_file(tmp_path):
-    assert recorded(tmp_path).device == "xwr16xx"
-    assert not recorded(tmp_path).conjugate
-    assert recorded(tmp_path, iqSwapSel=1).conjugate
-    four = recorded(tmp_path, chInterleave=0, laneEn="0xF", receivers="0xC")
-    assert (four.device, four.num_receivers, four.first_lane) == ("xwr14xx", 2, 2)
-    path = tmp_path / "plain.mmwave.json"
-    path.write_text(json.dumps(STUDIO), encoding="utf-8")
-    assert recording_parameters(path).device is None
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"laneEn": "0xF"}, "4 lanes with a chInterleave of 1 are not read; record with 2 lanes"),
-        ({"chInterleave": 0}, "2 lanes with a chInterleave of 0 are not read"),
-        ({"iqSwapSel": 2}, "rlDevDataFmtCfg_t.iqSwapSel: 2 is not supported; use 0 or 1"),
-        ({"transferFmtPkt0": "0x6"}, "transferFmtPkt0: 0x6 adds other data to the samples"),
-        ({"laneEn": "many"}, "rlDevLaneEnable_t.laneEn: 'many' is not a number"),
-    ],
-)
-def test_layouts_that_are_not_read_are_refused(tmp_path, values, message):
-    with pytest.raises(InputError, match=message):
-        recorded(tmp_path, **values)
-
-
-@pytest.mark.parametrize(
-    ("lines", "expected"),
-    [
-        ("", False),
-        ("lvdsStreamCfg -1 0 0 0", False),
-        ("lvdsStreamCfg -1 0 1 0", True),
-        ("lvdsStreamCfg -1 0 1 0\nadcbufCfg 0 0 1 1", False),  # of the first SDKs, no subframe
-        ("lvdsStreamCfg -1 0 1 0\nadcbufCfg 0 1 1 1", True),
-    ],
-)
-def test_commands_say_whether_a_stream_has_q_first(tmp_path, lines, expected):
-    path = tmp_path / "radar.cfg"
-    path.write_text(COMMANDS + lines, encoding="utf-8")
-    assert recording_parameters(path).conjugate == expected
-
-
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        ("lvdsStreamCfg -1 1 1 0", "lvdsStreamCfg: headers and other data"),
-        ("lvdsStreamCfg -1 0 4 0", "record with 'lvdsStreamCfg -1 0 1 0'"),
-        ("lvdsStreamCfg -1 0 1 0\nadcbufCfg -1 0 3 1 1", "SampleSwap: 3 is not supported"),
-    ],
-)
-def test_streams_that_are_not_read_are_refused(tmp_path, lines, message):
-    path = tmp_path / "radar.cfg"
-    path.write_text(COMMANDS + lines, encoding="utf-8")
-    with pytest.raises(InputError, match=message):
-        recording_parameters(path)
-
-
-def tone(receiver: int, ramp: int, sample: int) -> complex:
-    """A sample with a beat of a tenth of the sample rate, which rises, and a phase of each ramp."""
-    phase = 2 * np.pi * (0.1 * sample + 0.05 * ramp + 0.2 * receiver)
-    return complex(np.rint(1000 * np.cos(phase)), np.rint(1000 * np.sin(phase)))
-
-
-def test_q_first_and_i_first_give_the_same_echo_but_for_a_phase(tmp_path):
-    """Words by hand, two lanes: two I and two Q of a receiver, or two Q and two I."""
-    frames = {}
-    for swap in (0, 1):
-        chirps = replace(recorded(tmp_path, iqSwapSel=swap), num_ramps=4, num_samples=8)
-        words = []
-        for ramp in range(4):
-            for receiver in range(4):
-                for sample in range(0, 8, 2):
-                    pair = [tone(receiver, ramp, sample), tone(receiver, ramp, sample + 1)]
-                    i, q = [int(x.real) for x in pair], [int(x.imag) for x in pair]
-                    words += q + i if swap else i + q
-        path = tmp_path / f"{swap}.bin"
-        np.array(words, dtype="<i2").tofile(path)
-        frames[swap] = open_raw(path, chirps).frame(0).samples
-    assert np.allclose(frames[1], -1j * frames[0])
-
-
-def test_receivers_of_four_lanes_are_those_that_are_switched_on(tmp_path):
-    """Words by hand: I of the lanes 0 to 3, then Q; receivers 2 and 3 are on, the others zero."""
-    chirps = replace(
-        recorded(tmp_path, chInterleave=0, laneEn="0xF", receivers="0xC"),
-        num_ramps=4,
-        num_samples=8,
-    )
-    words = []
-    for ramp in range(4):
-        for sample in range(8):
-            on = [tone(0, ramp, sample), tone(1, ramp, sample)]
-            words += [0, 0, *(int(x.real) for x in on), 0, 0, *(int(x.imag) for x in on)]
-    path = tmp_path / "four.bin"
-    np.array(words, dtype="<i2").tofile(path)
-    found = open_raw(path, chirps).frame(0).samples
-    expected = [[[tone(m, k, n) for n in range(8)] for k in range(4)] for m in range(2)]
-    assert np.allclose(found / found[0, 0, 0], np.array(expected) / tone(0, 0, 0))
-    with pytest.raises(InputError, match=r"first_lane: .* from lane 3 on need 5"):
-        open_raw(path, replace(chirps, first_lane=3))
