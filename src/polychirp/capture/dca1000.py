@@ -5,15 +5,22 @@ TI's application report SWRA581, "Mmwave Radar Device ADC Raw Data Capture", giv
 ===================  ==========================================================================
 xWR16xx, 18xx, 68xx  two lanes; per ramp one receiver after the other;
                      complex: I0 I1 Q0 Q1 I2 I3 Q2 Q3 …; real: one sample after the other
-xWR14xx              four lanes, one for each receiver; per sample complex: I of all four, then Q
+xWR12xx, 14xx        four lanes, one for each receiver; per sample complex: I of all four, then Q
                      of all four; real: one of each. Unused receivers hold zeros
 ===================  ==========================================================================
 
+On two lanes only the receivers that are switched on are sent. On four lanes receiver n is on lane
+n, so that `CaptureParameters.enabled_receivers` must name them unless they are the first ones. TI's
+``rawDataReader.m`` leaves unused lanes out, unlike SWRA581; a warning tells if an unused lane does
+not hold zeros.
+
 Ramps follow each other in time without headers. Samples of 12 or 14 bits (``adc_bits``) stand in
 words of 16 with zeros in front, also if they are negative. If the device was set to swap I and Q,
-or if its targets beat at negative frequencies, ``conjugate`` must be set in the parameter file.
+or if its targets beat at negative frequencies, ``conjugate`` must be set in the parameter file;
+`raw_parameters` sets it from the files of TI's tools.
 """
 
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
@@ -24,7 +31,7 @@ from numpy.typing import NDArray
 from polychirp.axes import ComplexArray
 from polychirp.capture.parameters import CaptureParameters, Device
 from polychirp.capture.recording import Recording, frames_needed, way_out
-from polychirp.errors import InputError
+from polychirp.errors import InputError, ModelWarning
 
 NUM_LANES: Final = 4
 """Number of lanes of the xWR14xx (SWRA581), and the greatest number of receivers of any device."""
@@ -40,7 +47,7 @@ def open_raw(
 ) -> Recording:
     """A recording in a DCA1000 file, mapped into memory.
 
-    `recording_parameters` reads the parameters from the files of TI's tools.
+    `raw_parameters` reads the parameters from the files of TI's tools.
 
     Parameters
     ----------
@@ -86,8 +93,31 @@ def open_raw(
         name=path.name,
         parameters=parameters,
         num_frames=whole,
-        read=lambda number: unpack(stored[number], parameters, device=device),
+        read=lambda number: _read(stored[number], parameters, device=device, name=path.name),
     )
+
+
+def _read(
+    words: Words, parameters: CaptureParameters, *, device: Device, name: str
+) -> ComplexArray:
+    """Samples of the words of one frame; warns if a lane that is left out holds some too."""
+    if device == "xwr14xx":
+        is_used = np.any(words.reshape(-1, NUM_LANES), axis=0)
+        others = [lane for lane in np.flatnonzero(is_used) if lane not in _lanes(parameters)]
+        if others:
+            warnings.warn(
+                f"{name}: there are samples on lane {' and lane '.join(map(str, others))}, but the "
+                "parameters have no such receiver, so the lanes may be in another order; correct "
+                "num_receivers or enabled_receivers",
+                ModelWarning,
+                stacklevel=3,
+            )
+    return unpack(words, parameters, device=device)
+
+
+def _lanes(parameters: CaptureParameters) -> list[int]:
+    """Lane of each receiver of an xWR14xx."""
+    return list(parameters.enabled_receivers or range(parameters.num_receivers))
 
 
 def unpack(words: Words, parameters: CaptureParameters, *, device: Device) -> ComplexArray:
@@ -96,7 +126,7 @@ def unpack(words: Words, parameters: CaptureParameters, *, device: Device) -> Co
     parts = 2 if parameters.sampling == "complex" else 1
     if device == "xwr14xx":
         table = words.reshape(ramps, parameters.num_samples, parts, NUM_LANES)
-        table = table.transpose(3, 0, 1, 2)[:receivers]
+        table = table.transpose(3, 0, 1, 2)[_lanes(parameters)]
     elif parts == 2:
         # (ramp, receiver, pair of samples, I or Q, sample of the pair)
         table = words.reshape(ramps, receivers, parameters.num_samples // 2, 2, 2)
@@ -124,6 +154,10 @@ def _words_per_ramp(parameters: CaptureParameters, device: Device) -> int:
         raise InputError(
             f"num_receivers: a DCA1000 file has at most {NUM_LANES} receivers, not "
             f"{parameters.num_receivers}"
+        )
+    if max(parameters.enabled_receivers, default=0) >= NUM_LANES:
+        raise InputError(
+            f"enabled_receivers: a device has the receivers 0 to {NUM_LANES - 1}; name them so"
         )
     if parts == 2 and device != "xwr14xx" and parameters.num_samples % 2:
         raise InputError("num_samples: must be even, because the file holds samples in pairs")

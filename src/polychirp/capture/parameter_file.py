@@ -46,8 +46,9 @@ num_receivers = 4
 # the file
 #num_frames = 1                 # frames that the recording should have; default: not checked
 #conjugate = false              # true if targets beat at negative frequencies, or I and Q swap
-# for raw files (.bin): "xwr14xx", "xwr16xx", "xwr18xx" or "xwr68xx"
+# for raw files (.bin): "xwr14xx" (and xWR12xx), "xwr16xx", "xwr18xx" or "xwr68xx"
 #device = "xwr16xx"
+#enabled_receivers = []         # numbers of receivers, as [2, 3]; default: the first num_receivers
 # for NumPy and Zarr: names of the array's axes, the slowest first. They are frame, fast (samples
 #   of a ramp), sweep (one ramp of every transmitter), transmitter and receiver; two of them may be
 #   one axis: ramp (sweep and transmitter) or channel (transmitter and receiver)

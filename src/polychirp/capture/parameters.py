@@ -69,6 +69,8 @@ class CaptureParameters(Spec):
     conjugate : take the complex conjugate, for recordings whose targets beat at negative
         frequencies (or whose I and Q are swapped)
     device : TI device that wrote a raw file; needed for ``.bin`` only
+    enabled_receivers : numbers, from 0, of the receivers that the device had switched on, in rising
+        order; empty for the first ``num_receivers``. They are the lanes of an xWR14xx's raw file
     num_frames : number of frames that the recording should have; not checked if not given
     """
 
@@ -94,6 +96,7 @@ class CaptureParameters(Spec):
     full_scale: Annotated[float, Between(least=0.0, greatest=1e30)] | None = None
     conjugate: bool = False
     device: Device | None = None
+    enabled_receivers: tuple[Annotated[int, Between(least=0, greatest=1023)], ...] = ()
     num_frames: Annotated[int, Between(greatest=2**53)] | None = None
 
     def __post_init__(self) -> None:
@@ -117,6 +120,7 @@ class CaptureParameters(Spec):
         self._check_band()
         self._check_counts()
         self._check_axes()
+        self._check_receivers()
         if self.channel_positions and self.first_receiver == "left":
             raise InputError("first_receiver: has no effect beside channel_positions; leave it out")
         _ = self.array  # raises if positions do not fit
@@ -171,6 +175,16 @@ class CaptureParameters(Spec):
         twice = sorted({name for name in single if single.count(name) > 1})
         if twice:
             raise InputError(f"axes: '{twice[0]}' is named twice; name each axis once")
+
+    def _check_receivers(self) -> None:
+        numbers = self.enabled_receivers
+        if numbers and len(numbers) != self.num_receivers:
+            raise InputError(
+                f"enabled_receivers: names {len(numbers)} receivers, but num_receivers is "
+                f"{self.num_receivers}; name every receiver that was switched on"
+            )
+        if list(numbers) != sorted(set(numbers)):
+            raise InputError("enabled_receivers: must rise, as in [2, 3]; name each receiver once")
 
     @property
     def lengths(self) -> dict[str, int]:

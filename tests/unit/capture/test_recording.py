@@ -242,6 +242,51 @@ def test_four_lanes_carry_i_of_all_receivers_then_q_of_all():
     assert pack_real(numbered(3, 2), "xwr14xx").tolist() == [0, 100, 200, 0, 1, 101, 201, 0]
 
 
+@pytest.mark.parametrize("sampling", ["complex", "real"])
+def test_receivers_that_are_not_neighbours_are_read_from_their_lanes(tmp_path: Path, sampling):
+    """Receivers 1 and 3 of an xWR14xx: the lanes 0 and 2 hold zeros."""
+    words, expected = [], np.zeros((2, 6, 8), dtype=complex)
+    for ramp in range(6):
+        for fast in range(8):
+            i1, q1, i3, q3 = (100 * part + 10 * ramp + fast + 1 for part in range(4))
+            words += [0, i1, 0, i3]
+            words += [0, q1, 0, q3] if sampling == "complex" else []
+            expected[:, ramp, fast] = i1 + 1j * q1, i3 + 1j * q3
+    path = tmp_path / "walk.bin"
+    path.write_bytes(np.array(words, dtype="<i2").tobytes())
+    parameters = replace(
+        PARAMETERS,
+        device="xwr14xx",
+        sampling=sampling,
+        num_receivers=2,
+        enabled_receivers=(1, 3),
+        channel_positions=((0, 0), (2, 0)),
+    )
+    found = open_raw(path, parameters).read(0)
+    np.testing.assert_array_equal(found, expected if sampling == "complex" else expected.real)
+
+
+def test_a_lane_without_a_receiver_that_holds_samples_is_told(tmp_path: Path):
+    path = tmp_path / "walk.bin"
+    write_raw(path, words(1, *SHAPE), device="xwr14xx", is_complex=True)
+    parameters = replace(PARAMETERS, device="xwr14xx", num_receivers=2, enabled_receivers=(1, 3))
+    with pytest.warns(ModelWarning, match=r"walk.bin: there are samples on lane 0 and lane 2, but"):
+        open_raw(path, parameters).read(0)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ((1, 2), "names 2 receivers, but num_receivers is 3"),
+        ((2, 1, 3), "must rise"),
+        ((1, 1, 2), "must rise"),
+    ],
+)
+def test_receivers_that_cannot_be_the_enabled_ones_are_refused(numbers, message: str):
+    with pytest.raises(InputError, match=f"enabled_receivers: {message}"):
+        replace(PARAMETERS, enabled_receivers=numbers)
+
+
 def test_a_raw_file_that_was_cut_off_says_what_is_missing_and_what_is_whole(tmp_path: Path):
     """A ramp is 3 receivers × 8 samples × 4 bytes = 96 bytes, a frame 576."""
     path = tmp_path / "walk.bin"
