@@ -163,6 +163,7 @@ from polychirp.exchange.formats import export as export
 # Recordings and signals
 from polychirp.capture.parameters import CaptureParameters as CaptureParameters
 from polychirp.capture.ti_profile import recording_parameters as recording_parameters
+from polychirp.capture.ti_stream import raw_parameters as raw_parameters
 from polychirp.capture.recording import Recording as Recording
 from polychirp.capture.recording import from_array as from_array
 from polychirp.capture.recording import open_numpy as open_numpy

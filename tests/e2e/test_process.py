@@ -105,10 +105,39 @@ def test_a_profile_of_tis_tools_gives_what_the_same_parameters_give(
     assert found["range_m"] == pytest.approx(DISTANCE, abs=0.01)
 
 
+def test_a_profile_that_sends_q_first_is_obeyed_and_told(
+    raw: Path, capsys: pytest.CaptureFixture[str]
+):
+    """Q and I change places in the recording; read in the other order, the point is elsewhere."""
+    swapped = point(2).imag + 1j * point(2).real
+    write_raw(raw, swapped, device="xwr16xx", is_complex=True)
+    profile = raw.parent / "radar.cfg"
+    profile.write_text(PROFILE + "adcbufCfg -1 0 1 1 1\n", encoding="utf-8")
+    options = ["process", str(raw), "--pfa", "1e-8", "--json", "--out", str(raw.parent / "results")]
+    options += ["--params", str(profile), "--set", "device=xwr16xx"]
+    assert main(options) == 0
+    printed = capsys.readouterr()
+    assert "radar.cfg says that Q was sent before I" in printed.err
+    (found,) = json.loads(printed.out)["frames"][0]["detections"]
+    assert found["range_m"] == pytest.approx(DISTANCE, abs=0.01)
+    assert found["range_rate_m_per_s"] == pytest.approx(RANGE_RATE, abs=0.01)
+    assert main([*options, "--set", "conjugate=false"]) == 0
+    printed = capsys.readouterr()
+    assert "Q was sent" not in printed.err
+    for found in json.loads(printed.out)["frames"][0]["detections"]:
+        assert abs(found["range_m"] - DISTANCE) > 1.0
+
+
 @pytest.mark.parametrize(
     ("old", "new", "options", "message"),
     [
         ("", "", [], "name no device"),
+        (
+            " 0 1\n",
+            " 0 1\nlvdsStreamCfg -1 1 1 0\n",
+            [],
+            "radar.cfg: lvdsStreamCfg: enableHeader: with 1",
+        ),
         ("77 10", "77 ten", [], "radar.cfg: line 4, profileCfg: 'ten' is not a number"),
         (" 0 0 0 0 4\n", " 0 0 5 0 4\n", [], "radar.cfg: idleTime: the chirps 0 and 1"),
         (" 0 4\n", " 0 5\n", [], "radar.cfg: txEnable"),

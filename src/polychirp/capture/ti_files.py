@@ -1,8 +1,9 @@
 """Readers of the two kinds of files in which TI's tools keep a radar's chirps.
 
 mmWave Studio writes JSON (``*.mmwave.json``); the demos of the mmWave SDKs read text with one
-command per line (``*.cfg``), of which only those are read here that describe the chirps. The files
-are those of strangers: every value that is used is checked, and nothing else is looked at.
+command per line (``*.cfg``), of which only those are read here that describe the chirps or the
+stream of samples to a capture card. The files are those of strangers: every value that is used is
+checked, and nothing else is looked at.
 """
 
 import json
@@ -13,7 +14,15 @@ from pathlib import Path
 from typing import Any, Final
 
 from polychirp.bounded_text import json_value, text_of
-from polychirp.capture.ti_tables import CHIRP_FIELDS, PROFILE_FIELDS, Fields, TiField, TiTables
+from polychirp.capture.ti_tables import (
+    CHIRP_FIELDS,
+    COMMAND_STREAM,
+    JSON_STREAM,
+    PROFILE_FIELDS,
+    Fields,
+    TiField,
+    TiTables,
+)
 from polychirp.errors import InputError, short
 
 _NUMBER: Final = re.compile(r"0[xX][0-9a-fA-F]{1,16}|[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?")
@@ -125,7 +134,30 @@ def _tables_of_json(text: str) -> TiTables:
         transmitters=whole(channels, "txChannelEn", "rlChanCfg_t."),
         adc_format=whole(adc, "b2AdcOutFmt", "rlAdcOutCfg_t.fmt."),
         adc_bits=whole(adc, "b2AdcBits", "rlAdcOutCfg_t.fmt."),
+        stream=_json_stream(devices[0].get("rawDataCaptureConfig")),
     )
+
+
+def _json_stream(config: object) -> dict[str, int]:
+    """Values of the fields of the stream that the file has.
+
+    mmWave Studio also writes sections that it did not set up; their ``isConfigured`` is 0.
+    """
+    if config is None:
+        return {}
+    if not isinstance(config, dict):
+        raise InputError("rawDataCaptureConfig: must be a JSON object")
+    found = {}
+    for name in JSON_STREAM:
+        section, _, key = name.partition(".")
+        fields = config.get(section)
+        if fields is None:
+            continue
+        if not isinstance(fields, dict):
+            raise InputError(f"rawDataCaptureConfig.{section}: must be a JSON object")
+        if fields.get("isConfigured", 1) != 0 and key in fields:
+            found[name] = _whole(fields[key], name)
+    return found
 
 
 def _refuse_other_waveforms(config: Any) -> None:
@@ -224,14 +256,33 @@ def _tables_of_commands(text: str) -> TiTables:
             whole("ddmPhaseShiftAntOrder", number, "transmitter")
             for number in range(min(len(single.get("ddmPhaseShiftAntOrder", ())), 8))
         ),
+        stream=_command_stream(single),
     )
+
+
+def _command_stream(single: Mapping[str, Sequence[float]]) -> dict[str, int]:
+    """Values of the fields of the stream; commands of the first SDKs lack ``subFrameIdx``."""
+    found = {}
+    for command, fields in COMMAND_STREAM.items():
+        values = single.get(command)
+        if values is None:
+            continue
+        if not len(fields) <= len(values) <= len(fields) + 1:
+            raise InputError(
+                f"{command}: has {len(values)} values; write subFrameIdx, {', '.join(fields)}"
+            )
+        for field, value in zip(fields, values[-len(fields) :], strict=True):
+            name = f"{command}: {field}"
+            found[name] = _whole(value, name)
+    return found
 
 
 READ_COMMANDS: Final = {
     *("flushCfg", "dfeDataOutputMode", "channelCfg", "adcCfg", "profileCfg", "chirpCfg"),
     *("frameCfg", "subFrameCfg", "bpmCfg", "ddmPhaseShiftAntOrder"),
+    *COMMAND_STREAM,
 }
-"""Commands that are read; the others set up the device's own signal processing and interfaces."""
+"""Commands that are read; the others set up the device's own signal processing."""
 
 
 def _commands(text: str) -> Iterator[tuple[str, list[float], str]]:

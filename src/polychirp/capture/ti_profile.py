@@ -79,11 +79,11 @@ def read_profile(path: Path | str) -> ChirpProfile:
 def recording_parameters(path: Path | str) -> CaptureParameters:
     """Parameters of a recording whose chirps are those of a file of TI's tools.
 
-    The layout of the recording has its defaults, since the file does not describe it.
+    The layout of the recording has its defaults; `raw_parameters` reads that of a DCA1000 file too.
     `InputError` is raised as by `read_profile`, and if the transmitters share the chirps by a code
     of phases.
 
-    `open_raw` takes them.
+    `from_array` takes them.
     """
     profile = read_profile(path)
     if profile.sharing not in ("together", "time-division"):
@@ -235,7 +235,8 @@ def _receivers(mask: int) -> int:
     if not 1 <= number <= 8 or mask != ((1 << number) - 1) * lowest:
         raise InputError(
             f"rxChannelEn: {mask:#x} does not switch neighbouring receivers on, and the model's "
-            "are evenly spaced; use a mask such as 0xF"
+            "are evenly spaced; use a mask such as 0xF, or describe a recording that was made so "
+            "in a parameter file, with enabled_receivers and channel_positions"
         )
     return number
 

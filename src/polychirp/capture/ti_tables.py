@@ -1,7 +1,7 @@
 """Commands of TI's tools that describe a radar's chirps, as tables of numbers in SI units."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 Fields = Mapping[str, float]
@@ -47,6 +47,24 @@ CHIRP_FIELDS: Final = {
 }
 """Fields of chirps in the order of the command ``chirpCfg``."""
 
+JSON_STREAM: Final = (
+    "rlDevDataFmtCfg_t.iqSwapSel",
+    "rlDevDataFmtCfg_t.chInterleave",
+    "rlDevDataPathCfg_t.intfSel",
+    "rlDevDataPathCfg_t.transferFmtPkt0",
+    "rlDevDataPathCfg_t.transferFmtPkt1",
+    "rlDevLaneEnable_t.laneEn",
+    "rlDevLvdsLaneCfg_t.laneFmtMap",
+)
+"""Fields of ``rawDataCaptureConfig`` in mmWave Studio's files that say how samples are sent."""
+
+COMMAND_STREAM: Final = {
+    "adcbufCfg": ("adcOutputFmt", "SampleSwap", "ChanInterleave", "ChirpThreshold"),
+    "lvdsStreamCfg": ("enableHeader", "dataFmt", "enableSW"),
+}
+"""Fields of commands of the mmWave SDK that say how samples are sent; ``subFrameIdx`` precedes
+them."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TiTables:
@@ -64,6 +82,8 @@ class TiTables:
     is_binary_coded : True if the signs of two transmitters are a binary code
     doppler_order : transmitters, counted from 0, in the order of their steps of phase from chirp to
         chirp; empty without such a code
+    stream : values of the fields that say how samples are sent to a capture card, by the names of
+        `ti_stream`; without the fields that the file lacks
     """
 
     profiles: Mapping[int, Fields]
@@ -77,3 +97,4 @@ class TiTables:
     adc_bits: int = 2
     is_binary_coded: bool = False
     doppler_order: tuple[int, ...] = ()
+    stream: Mapping[str, int] = field(default_factory=dict)

@@ -84,7 +84,11 @@ def run(arguments: argparse.Namespace) -> int:
             "example of its parameter file with --describe"
         )
     path = Path(arguments.capture)
-    parameters = _parameters(Path(arguments.params or path.with_suffix(".toml")), arguments.changes)
+    parameters = _parameters(
+        Path(arguments.params or path.with_suffix(".toml")),
+        arguments.changes,
+        is_raw=path.suffix == ".bin",
+    )
     has_positions = bool(parameters.channel_positions or parameters.transmitter_positions)
     receiver = RangeDoppler(
         least_range=0.5 * parameters.range_resolution,
@@ -120,11 +124,15 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _parameters(path: Path, changes: Sequence[str]) -> CaptureParameters:
-    """Parameters of a TOML file or of a profile of TI's tools, with the changes of ``--set``."""
+def _parameters(path: Path, changes: Sequence[str], *, is_raw: bool) -> CaptureParameters:
+    """Parameters of a TOML file or of a profile of TI's tools, with the changes of ``--set``.
+
+    Only for a raw file, a profile also tells the layout of the recording.
+    """
     from polychirp.capture.parameter_file import read_parameters, with_values
     from polychirp.capture.ti_files import SUFFIXES
     from polychirp.capture.ti_profile import recording_parameters
+    from polychirp.capture.ti_stream import raw_parameters
     from polychirp.config.override import apply_override
 
     values: dict[str, Any] = {}
@@ -133,6 +141,13 @@ def _parameters(path: Path, changes: Sequence[str]) -> CaptureParameters:
     is_profile = path.suffix.lower() in SUFFIXES
     parameters = recording_parameters(path) if is_profile else read_parameters(path)
     changed = with_values(parameters, values, name="--set")
+    if is_profile and is_raw:
+        changed = with_values(raw_parameters(path, device=changed.device), values, name="--set")
+        if changed.conjugate and "conjugate" not in values:
+            say(
+                f"note: {path.name} says that Q was sent before I, so the complex conjugate is "
+                "taken; --set conjugate=false if the recording was made with other settings"
+            )
     if is_profile and changed.num_transmitters > 1 and not changed.transmitter_positions:
         say(
             f"note: {path.name} does not say where the {changed.num_transmitters} transmitters "

@@ -2,14 +2,18 @@
 
 import copy
 import json
+import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from polychirp.bounded_text import MOST_BYTES
-from polychirp.capture.ti_profile import read_profile
+from polychirp.capture.dca1000 import open_raw
+from polychirp.capture.ti_profile import read_profile, recording_parameters
+from polychirp.capture.ti_stream import raw_parameters
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.errors import InputError
+from polychirp.errors import InputError, ModelWarning
 
 STUDIO = {
     "configGenerator": {"createdBy": "mmWaveStudio", "isConfigIntermediate": 1},
@@ -300,3 +304,230 @@ def test_files_of_another_kind_are_refused_in_one_sentence(tmp_path, name, conte
 def test_a_missing_file_is_said_to_be_missing(tmp_path):
     with pytest.raises(InputError, match=r"nix\.cfg: this profile does not exist"):
         read_profile(tmp_path / "nix.cfg")
+
+
+# ── layout of the recordings ──────────────────────────────────────────────────
+
+RAMPS, SAMPLES = 4, 2
+
+
+def sample(receiver: int, ramp: int, fast: int) -> tuple[int, int]:
+    """I and Q of a sample, which no other sample has."""
+    return 1000 * receiver + 100 * ramp + 10 * fast + 1, -(1000 * receiver + 100 * ramp + fast + 5)
+
+
+def frame_of(*receivers: int) -> np.ndarray:
+    """Samples ``(receiver, ramp, fast)`` that a recording of these receivers should have."""
+    return np.array(
+        [
+            [[complex(*sample(n, ramp, fast)) for fast in range(SAMPLES)] for ramp in range(RAMPS)]
+            for n in receivers
+        ]
+    )
+
+
+def on_two_lanes(*receivers: int, q_first: bool = False, is_real: bool = False) -> bytes:
+    """SWRA581: I0 I1 Q0 Q1 of a receiver, then the next one; Q0 Q1 I0 I1 if Q is sent first."""
+    words = []
+    for ramp in range(RAMPS):
+        for n in receivers:
+            (i0, q0), (i1, q1) = sample(n, ramp, 0), sample(n, ramp, 1)
+            if is_real:
+                words += [i0, i1]
+            elif q_first:
+                words += [q0, q1, i0, i1]
+            else:
+                words += [i0, i1, q0, q1]
+    return struct.pack(f"<{len(words)}h", *words)
+
+
+def on_four_lanes(*receivers: int, q_first: bool = False) -> bytes:
+    """SWRA581: I of the four receivers, then Q of the four; those that are off send zeros."""
+    words = []
+    for ramp in range(RAMPS):
+        for fast in range(SAMPLES):
+            on = {n: sample(n, ramp, fast) for n in receivers}
+            i = [on[n][0] if n in on else 0 for n in (0, 1, 2, 3)]
+            q = [on[n][1] if n in on else 0 for n in (0, 1, 2, 3)]
+            words += q + i if q_first else i + q
+    return struct.pack(f"<{len(words)}h", *words)
+
+
+def studio_recording(*, receivers: str, lanes: str, interleave: int, swap: int) -> dict:
+    """The file of mmWave Studio with short ramps and the format of the recording."""
+    data = changed("rlChanCfg_t/rxChannelEn", receivers)
+    device = data["mmWaveDevices"][0]
+    device["rfConfig"]["rlProfiles"][0]["rlProfileCfg_t"]["numAdcSamples"] = SAMPLES
+    device["rfConfig"]["rlFrameCfg_t"]["numLoops"] = RAMPS // 2
+    device["rawDataCaptureConfig"] = {
+        "rlDevDataFmtCfg_t": {"iqSwapSel": swap, "chInterleave": interleave},
+        "rlDevDataPathCfg_t": {"intfSel": 1, "transferFmtPkt0": "0x1", "transferFmtPkt1": "0x0"},
+        "rlDevLaneEnable_t": {"laneEn": lanes},
+        "rlDevLvdsLaneCfg_t": {"laneFmtMap": 0, "laneParamCfg": "0x1"},
+    }
+    return data
+
+
+TWO_LANES = {"receivers": "0xF", "lanes": "0x3", "interleave": 1, "swap": 0}
+SHORT = COMMANDS.replace("256 8000", f"{SAMPLES} 8000").replace("0 1 64", f"0 1 {RAMPS // 2}")
+
+
+def raw_of(folder: Path, profile: object, device=None):
+    """Parameters of a raw file from a profile: text of commands, or a file of mmWave Studio."""
+    if isinstance(profile, str):
+        path = folder / "radar.cfg"
+        path.write_text(profile, encoding="utf-8")
+    else:
+        path = folder / "radar.mmwave.json"
+        path.write_text(json.dumps(profile), encoding="utf-8")
+    return raw_parameters(path, device=device)
+
+
+def samples_of(folder: Path, content: bytes, parameters) -> np.ndarray:
+    """Samples of the only frame of a raw file, in units of its words."""
+    (folder / "walk.bin").write_bytes(content)
+    recording = open_raw(folder / "walk.bin", parameters)
+    assert recording.num_frames == 1
+    return recording.frame(0).samples * parameters.stored_full_scale
+
+
+@pytest.mark.parametrize("swap", [0, 1])
+def test_the_order_of_i_and_q_is_that_of_the_profile(tmp_path, swap):
+    """The conjugate of Q + jI is -j (I + jQ): all phases are 90 degrees too small, alike."""
+    turn = -1j if swap else 1
+    expected = turn * frame_of(0, 1, 2, 3)
+    content = on_two_lanes(0, 1, 2, 3, q_first=swap == 1)
+    studio = studio_recording(**{**TWO_LANES, "swap": swap})
+    commands = SHORT.replace("adcbufCfg -1 0 1 1 1", f"adcbufCfg -1 0 {swap} 1 1")
+    for profile in (studio, commands):
+        parameters = raw_of(tmp_path, profile, device="xwr16xx")
+        np.testing.assert_array_equal(samples_of(tmp_path, content, parameters), expected)
+
+
+def test_a_profile_without_a_format_says_nothing_on_the_order(tmp_path):
+    commands = SHORT.replace("adcbufCfg -1 0 1 1 1\n", "")
+    parameters = raw_of(tmp_path, commands, device="xwr16xx")
+    found = samples_of(tmp_path, on_two_lanes(0, 1, 2, 3), parameters)
+    np.testing.assert_array_equal(found, frame_of(0, 1, 2, 3))
+
+
+@pytest.mark.parametrize(
+    ("mask", "receivers"), [("0xF", (0, 1, 2, 3)), ("0xC", (2, 3)), ("0x6", (1, 2)), ("0x8", (3,))]
+)
+@pytest.mark.parametrize("swap", [0, 1])
+def test_receivers_are_read_from_their_lanes(tmp_path, mask, receivers, swap):
+    """On four lanes each receiver has its own; on two lanes those that are on follow each other."""
+    expected = (-1j if swap else 1) * frame_of(*receivers)
+    for lanes, interleave, content in (
+        ("0xF", 0, on_four_lanes(*receivers, q_first=swap == 1)),
+        ("0x3", 1, on_two_lanes(*receivers, q_first=swap == 1)),
+    ):
+        studio = studio_recording(receivers=mask, lanes=lanes, interleave=interleave, swap=swap)
+        found = samples_of(tmp_path, content, raw_of(tmp_path, studio))
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_commands_read_the_lanes_of_the_device_that_is_given(tmp_path):
+    """The first SDKs, those of the xWR14xx, write adcbufCfg without subFrameIdx."""
+    commands = SHORT.replace("channelCfg 15", "channelCfg 12").replace(
+        "adcbufCfg -1 0 1 1 1", "adcbufCfg 0 1 0 1"
+    )
+    parameters = raw_of(tmp_path, commands, device="xwr14xx")
+    found = samples_of(tmp_path, on_four_lanes(2, 3, q_first=True), parameters)
+    np.testing.assert_array_equal(found, -1j * frame_of(2, 3))
+
+
+def test_real_samples_have_no_order_of_i_and_q(tmp_path):
+    """Real samples are doubled, for the half of their amplitude at the negative frequency."""
+    studio = studio_recording(**{**TWO_LANES, "swap": 1})
+    studio["mmWaveDevices"][0]["rfConfig"]["rlAdcOutCfg_t"]["fmt"]["b2AdcOutFmt"] = 0
+    parameters = raw_of(tmp_path, studio)
+    found = samples_of(tmp_path, on_two_lanes(0, 1, 2, 3, is_real=True), parameters)
+    np.testing.assert_array_equal(found, 2 * frame_of(0, 1, 2, 3).real)
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "message"),
+    [
+        ("rlDevDataFmtCfg_t", "iqSwapSel", 2, "iqSwapSel: with 2 .* record with 0 or 1"),
+        ("rlDevDataFmtCfg_t", "iqSwapSel", "Q", "iqSwapSel: 'Q' is not a number"),
+        ("rlDevDataFmtCfg_t", "chInterleave", 0, "chInterleave: 0 sends the receivers sample by"),
+        ("rlDevLaneEnable_t", "laneEn", "0x1", "laneEn: with 0x1 .* record with 0x3 or 0xf"),
+        ("rlDevLaneEnable_t", "laneEn", "0xF", "laneEn: 0xf are 4 lanes, but xwr16xx sends on 2"),
+        ("rlDevDataPathCfg_t", "intfSel", 0, "intfSel: with 0 .* record with 1"),
+        ("rlDevDataPathCfg_t", "transferFmtPkt0", "0x6", "transferFmtPkt0: with 6 .* more than"),
+        ("rlDevDataPathCfg_t", "transferFmtPkt1", "0xE", "transferFmtPkt1: with 14 .* more than"),
+        ("rlDevLvdsLaneCfg_t", "laneFmtMap", 1, "laneFmtMap: with 1 .* in reverse order"),
+    ],
+)
+def test_a_studio_format_that_is_not_read_is_refused_with_its_field(
+    tmp_path, section, key, value, message
+):
+    """Only for raw files: arrays and studies do not depend on the lanes."""
+    studio = studio_recording(**TWO_LANES)
+    studio["mmWaveDevices"][0]["rawDataCaptureConfig"][section][key] = value
+    with pytest.raises(InputError, match=message) as error:
+        raw_of(tmp_path, studio, device="xwr16xx")
+    assert str(error.value).startswith("radar.mmwave.json: rlDev")
+    if value != "Q":
+        assert recording_parameters(tmp_path / "radar.mmwave.json").num_receivers == 4
+
+
+@pytest.mark.parametrize("config", [[], {"rlDevLaneEnable_t": 3}])
+def test_a_studio_format_that_is_no_object_is_refused(tmp_path, config):
+    studio = studio_recording(**TWO_LANES)
+    studio["mmWaveDevices"][0]["rawDataCaptureConfig"] = config
+    with pytest.raises(InputError, match=r"rawDataCaptureConfig.*: must be a JSON object"):
+        raw_of(tmp_path, studio)
+
+
+def test_sections_that_studio_did_not_set_up_are_not_read(tmp_path):
+    """Studio writes a laneEn of 0 for them."""
+    studio = studio_recording(**TWO_LANES)
+    off = {"laneEn": "0x0", "isConfigured": 0}
+    studio["mmWaveDevices"][0]["rawDataCaptureConfig"]["rlDevLaneEnable_t"] = off
+    assert raw_of(tmp_path, studio).device is None
+    assert raw_of(tmp_path, studio, device="xwr18xx").device == "xwr18xx"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "device", "message"),
+    [
+        ("-1 0 1 1 1", "-1 1 1 1 1", "xwr16xx", "adcOutputFmt: 1 are real samples"),
+        ("-1 0 1 1 1", "-1 0 1 0 1", "xwr16xx", "ChanInterleave: 0 sends .* sample by sample"),
+        ("-1 0 1 1 1", "-1 0 1 1 1", "xwr14xx", "ChanInterleave: 1 sends .* one after the other"),
+        ("-1 0 1 1 1", "-1 0 1 1 2", "xwr16xx", "ChirpThreshold: with 2 .* several ramps"),
+        ("-1 0 1 1 1", "-1 0 1", "xwr16xx", "adcbufCfg: has 3 values; write subFrameIdx, adcOutp"),
+        ("sensorStart", "lvdsStreamCfg -1 1 1 0", "xwr16xx", "enableHeader: with 1 .* headers"),
+        ("sensorStart", "lvdsStreamCfg -1 0 4 0", "xwr16xx", "dataFmt: with 4 .* record with 1$"),
+        ("sensorStart", "lvdsStreamCfg -1 0 1 1", "xwr16xx", "enableSW: with 1 .* results of"),
+    ],
+)
+def test_commands_of_a_format_that_is_not_read_are_refused(tmp_path, old, new, device, message):
+    assert SHORT.count(old) == 1
+    with pytest.raises(InputError, match=message) as error:
+        raw_of(tmp_path, SHORT.replace(old, new), device=device)
+    assert str(error.value).startswith("radar.cfg: ")
+
+
+def test_commands_that_stream_the_samples_alone_are_read(tmp_path):
+    parameters = raw_of(tmp_path, SHORT + "lvdsStreamCfg -1 0 1 0\n", device="xwr16xx")
+    assert parameters == raw_of(tmp_path, SHORT, device="xwr16xx")
+
+
+def test_commands_that_send_no_samples_are_told(tmp_path):
+    with pytest.warns(ModelWarning, match="dataFmt: 0 sends no samples to the card"):
+        raw_of(tmp_path, SHORT + "lvdsStreamCfg -1 0 0 0\n", device="xwr16xx")
+
+
+def test_three_receivers_on_two_lanes_are_told(tmp_path):
+    commands = SHORT.replace("channelCfg 15", "channelCfg 7")
+    with pytest.warns(ModelWarning, match="rxChannelEn: 0x7 switches three receivers on"):
+        raw_of(tmp_path, commands, device="xwr16xx")
+
+
+def test_receivers_that_no_device_has_are_refused(tmp_path):
+    commands = SHORT.replace("channelCfg 15", "channelCfg 48")
+    parameters = raw_of(tmp_path, commands, device="xwr16xx")
+    with pytest.raises(InputError, match="enabled_receivers: a device has the receivers 0 to 3"):
+        samples_of(tmp_path, on_two_lanes(0, 1), parameters)
