@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Annotated, Final, Self
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -34,11 +34,6 @@ class Bounce(IntEnum):
     """Transmitted through a thin sheet, such as glass."""
     DIFFUSE = 4
     """Scattered with a random phase by a rough plane or by leaves."""
-
-
-LONGEST_DIRECTION: Final = 2.0
-"""Greatest length of a direction. Chosen: means over contributions are shorter than 1, directions
-that turned at their rates for a while a little longer, and vectors in metres much longer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -132,20 +127,6 @@ class PropagationPaths:
                 raise InputError(
                     f"PropagationPaths.{name} of path {path} is not finite; leave out paths that "
                     "do not exist"
-                )
-        if np.any(self.delay < 0.0):
-            path = int(np.argmin(self.delay))
-            raise InputError(
-                f"PropagationPaths.delay of path {path} is {self.delay[path]:g} s; a wave arrives "
-                "after it left"
-            )
-        for name in ("departure", "arrival"):
-            length = np.linalg.norm(getattr(self, name), axis=1)
-            if np.any(length > LONGEST_DIRECTION):
-                path = int(np.argmax(length))
-                raise InputError(
-                    f"PropagationPaths.{name} of path {path} has the length {length[path]:.3g}; "
-                    "use unit vectors"
                 )
         if self.bounce_start.size != self.num_paths + 1:
             raise InputError(

@@ -57,12 +57,3 @@ def test_a_path_that_is_not_finite_is_named(name):
     value[1] = np.nan
     with pytest.raises(InputError, match=rf"PropagationPaths\.{name} of path 1 is not finite"):
         replace(paths, **{name: value})
-
-
-def test_paths_that_cannot_be_are_refused():
-    """A wave that arrives before it left, and a direction in metres."""
-    paths = paths_of(HandPath(delay=1e-7), HandPath(delay=2e-7))
-    with pytest.raises(InputError, match=r"delay of path 1 is -2e-07 s"):
-        replace(paths, delay=np.array([1e-7, -2e-7]))
-    with pytest.raises(InputError, match=r"arrival of path 0 has the length 30"):
-        replace(paths, arrival=paths.arrival * np.array([[30.0], [1.0]]))

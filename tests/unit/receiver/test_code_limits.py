@@ -167,3 +167,10 @@ def test_the_spectrogram_of_ramps_refuses_a_code():
 def test_more_drawn_chips_than_memory_holds_are_refused_before_they_are_drawn(waveform):
     with pytest.raises(InputError, match="200000 chips that is drawn for each of 256 sweeps"):
         waveform.schedule(num_sweeps=256, streams=Streams(1))
+
+
+def test_two_sweeps_with_a_code_are_too_few_to_tell_the_noise():
+    """It is estimated in other range rates, of which three sweeps have two."""
+    with pytest.raises(CapabilityError, match="the frame has 2 ramps, fewer than 3"):
+        refuse_unreadable(Decoding(), Pmcw(order=7).schedule(num_sweeps=2, streams=Streams(1)))
+    refuse_unreadable(Decoding(), Pmcw(order=7).schedule(num_sweeps=3, streams=Streams(1)))

@@ -28,7 +28,7 @@ from polychirp.errors import CapabilityError
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeProfiles, RangeRateSpectra
-from polychirp.receiver.signal_model.equal_ramps import unequal
+from polychirp.receiver.signal_model.equal_ramps import phases_are_coded, unequal
 from polychirp.receiver.signal_model.transmit_codes import CodeBlocks, code_blocks
 
 TAPER_SHAPE = 7.0
@@ -38,9 +38,12 @@ MOST_UNEVEN = 1e-4
 """Greatest deviation of the ramps' starts from equal intervals, as a share of the interval. Chosen:
 a Doppler frequency of half a cycle per interval is then wrong by 2e-4 rad per ramp at most."""
 
-FEWEST_RATES = 3
-"""Fewest range rates of a map: with two, a cell has no neighbours of its range on both sides, in
-which the noise may be estimated."""
+FEWEST_RATES = 2
+"""Fewest range rates of a map."""
+
+FEWEST_CODED = 3
+"""Fewest range rates of a map in whose other range rates the noise is estimated, as it is where
+phases or chips are coded: with two, a cell has no such neighbours on both sides."""
 
 
 def taper(size: int) -> FloatArray:
@@ -65,9 +68,11 @@ def unfit(schedule: RampSchedule) -> str:
     if uneven > MOST_UNEVEN * interval:
         return f"its ramps are up to {1e6 * uneven:.3g} µs from equal intervals"
     turns = schedule.num_ramps // _code_length(schedule)
-    if turns < FEWEST_RATES:
+    is_coded = schedule.code is not None or phases_are_coded(schedule)
+    fewest = FEWEST_CODED if is_coded else FEWEST_RATES
+    if turns < fewest:
         counted = "ramps" if schedule.num_elements == 1 else "turns of the elements' code"
-        return f"the frame has {turns} {counted}, fewer than {FEWEST_RATES}"
+        return f"the frame has {turns} {counted}, fewer than {fewest}"
     return ""
 
 

@@ -89,6 +89,7 @@ def test_no_record_is_no_estimate():
     assert math.isnan(found.needed[0].snr_db.value)
 
 
+@pytest.mark.filterwarnings("ignore:the .* equal ramps of:polychirp.errors.ModelWarning")
 def test_cells_are_those_of_each_receivers_map():
     """32 rates and ranges of c fs/2bN up to 30 m; λ/2T by c/2B cells for the coherent receiver.
 
@@ -116,6 +117,7 @@ def test_the_papers_receiver_is_beside_an_ideal_one_with_as_many_false_detection
     assert math.isnan(found.points[0].ideal_windowed)
 
 
+@pytest.mark.filterwarnings("ignore:the .* equal ramps of:polychirp.errors.ModelWarning")
 def test_looks_of_a_code_are_those_of_the_virtual_array():
     array = AntennaArray(num_channels=2, num_transmitters=3)
     study = roc_study(num_sweeps=24, array=array, coding=TimeDivision())

@@ -204,6 +204,7 @@ def test_other_detections_are_those_of_no_point():
     assert (record.found, record.others) == ((True,), (0,))
 
 
+@pytest.mark.filterwarnings("ignore:the .* equal ramps of:polychirp.errors.ModelWarning")
 def test_coded_frames_are_decoded_for_receivers_that_cannot_do_so():
     study = roc_study(num_sweeps=8, **CODED, coding=TimeDivision())
     plan = roc_plan(study, kinds=["range-doppler", "coherent"], **ASK)
