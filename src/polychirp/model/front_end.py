@@ -153,7 +153,8 @@ class Digitiser(Spec):
     .. math:: v \to \frac{v}{(1 + |v/V|^{2p})^{1/2p}}
 
     The quantiser is mid-tread, with steps of :math:`2V/2^b` and codes from :math:`-2^{b-1}` to
-    :math:`2^{b-1}-1`: a full-scale tone has a signal-to-noise ratio of 6.02 b + 1.76 dB.
+    :math:`2^{b-1}-1`: a full-scale tone has a signal-to-noise ratio of 6.02 b + 1.76 dB, less what
+    the missing code at the top costs: 0.2 dB with 12 bits, 0.8 dB with 8, 2.6 dB with 4.
 
     Parameters
     ----------

@@ -220,6 +220,9 @@ def ratio_difference(
     denominator in every trial, ``(trial,)`` each; ones as the denominator make it a difference of
     means.
 
+    Where few trials differ, and all in one direction, the interval is too narrow: 86 to 91 % of
+    those of 95 % held the truth where 1 to 10 % of 100 or 200 trials differed.
+
     >>> found, seen = np.array([4.0, 5.0, 3.0, 5.0]), np.full(4, 5.0)
     >>> gain = ratio_difference((found, seen), (found - 1.0, seen))  # always one target more
     >>> round(gain.value, 3)

@@ -108,6 +108,9 @@ class RandomTraffic(Spec):
     visible: none of these and no other random vehicle hides a target's nearest point from the
     middle of the viewing vehicle's front. Streets of one seed that differ only in the number of
     targets share their carriers and the targets of the smaller street, up to `LEAST_DRAWN` targets.
+    So a street of fewer targets is one in which that many would be visible, as far as they fit:
+    its targets hide others more rarely. The mean range of a lone target is 17.5 m instead of 16 m,
+    and 13 % instead of 17 % of them are nearer than 8 m.
 
     Parameters
     ----------

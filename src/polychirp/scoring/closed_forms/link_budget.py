@@ -89,8 +89,9 @@ def slope_factor(*, own_slope: float, other_slope: float) -> float:
     centres: there the difference changes its sign, and real samples add both sides. With complex
     samples K holds on each side of the spectrum that the difference passes. Slopes have signs.
 
-    Over random starts of chirps without pauses, K times the share of the time in which the chirps
-    cross is 1, whatever the slopes: nearly equal slopes raise the density more, but more rarely.
+    A chirp of the interferer, of the duration B/|S_i|, is crossed |S_v − S_i|/|S_i| = 1/K times on
+    average over random starts of chirps without pauses: nearly equal slopes raise the density more,
+    but more rarely, so that the mean density is P/B, whatever the slopes.
 
     >>> slope_factor(own_slope=6e12, other_slope=5e12), slope_factor(own_slope=1, other_slope=-1)
     (5.0, 0.5)
@@ -111,7 +112,8 @@ def interference_to_noise(
     bandwidth : Hz, B, of the interferer's chirps
     factor : K, `slope_factor`, twice it for real samples and equal centres
     noise_figure : ratio F
-    share : D_F, share of the victim's chirps that are crossed
+    share : D_F, mean number of crossings of a chirp of the interferer, which is above 1 where K is
+        below; of chirps of equal duration, crossed once at most, it is the share that is crossed
 
     Examples
     --------
