@@ -63,6 +63,40 @@ def rotation(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> FloatArray:
     return np.asarray(about_z @ about_y @ about_x)
 
 
+def rotation_angles(matrix: FloatArray) -> FloatArray:
+    """Yaw, pitch and roll, rad, of a rotation ``(xyz, xyz)``; the roll of a vertical nose is 0.
+
+    >>> rotation_angles(rotation(0.3, -0.2, 0.1)).round(12)
+    array([ 0.3, -0.2,  0.1])
+    >>> rotation_angles(rotation(0.3, np.pi / 2)).round(12) + 0.0
+    array([0.3       , 1.57079633, 0.        ])
+    """
+    forward, up = matrix[:, 0], matrix[2]
+    pitch = math.atan2(up[0], math.hypot(forward[0], forward[1]))
+    if math.hypot(forward[0], forward[1]) < 1e-9:
+        return np.array([math.atan2(-matrix[0, 1], matrix[1, 1]), pitch, 0.0])
+    return np.array([math.atan2(forward[1], forward[0]), pitch, math.atan2(up[1], up[2])])
+
+
+def quaternion(yaw: float, pitch: float, roll: float) -> FloatArray:
+    """Unit quaternion ``(w, x, y, z)`` of `rotation` by these angles, rad.
+
+    >>> quaternion(np.pi / 2, 0.0, 0.0).round(6).tolist()
+    [0.707107, 0.0, 0.0, 0.707107]
+    """
+    cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
+    cp, sp = math.cos(0.5 * pitch), -math.sin(0.5 * pitch)
+    cr, sr = math.cos(0.5 * roll), math.sin(0.5 * roll)
+    return np.array(
+        [
+            cy * cp * cr + sy * sp * sr,
+            cy * cp * sr - sy * sp * cr,
+            cy * sp * cr + sy * cp * sr,
+            sy * cp * cr - cy * sp * sr,
+        ]
+    )
+
+
 def turned_at_rate(yaw_rate: float | FloatArray, vector: FloatArray) -> FloatArray:
     r"""Rate of change of vectors ``(…, xyz)`` that turn to the left about z.
 

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from polychirp.frames import Pose
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
+from polychirp.model.placement import placement
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.model.score import Score
@@ -18,6 +20,18 @@ from polychirp.traffic.street import Street, Vehicle
 from polychirp.waveform import DiverseTriangular
 
 ARRAY = AntennaArray(num_channels=2, pattern=ISOTROPIC)
+
+PLACED = placement(
+    Street(
+        vehicles=(
+            Vehicle(name="ego", x=5.0, y=-2.0, heading=np.pi / 2, speed=7.0, coarseness=4.0),
+            Vehicle(name="car", x=5.0, y=20.0, heading=np.pi, coarseness=4.0),
+            Vehicle(name="van", body="van", x=40.0, y=0.0, coarseness=4.0),
+        )
+    ).scene([(Radar(name="front", mount=Pose(x=2.0, y=0.3, z=0.6, yaw=0.2, pitch=0.1)), "ego")]),
+    0,
+    ("car", "van"),
+)
 
 
 def trial(*victims: VictimResult) -> Trial:
@@ -80,6 +94,7 @@ def victim(name: str, *, num_detections: int = 3) -> VictimResult:
             num_missed=1,
             floor_rise=2.5,
         ),
+        placement=PLACED,
     )
 
 

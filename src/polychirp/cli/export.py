@@ -17,7 +17,8 @@ def add_parser(subparsers: Any) -> None:
         description="Write a stored run in the format of another tool: samples, paths, detections "
         "and truth, as far as the format holds them.",
         epilog="formats: mat, netcdf, hdf5 (all arrays); sigmf (samples, ramps); csv (tables of "
-        "detections, targets, paths, ramps); osi (detections, targets); rosbag (detections)",
+        "detections, targets, paths, ramps, poses); osi (detections, targets, poses); rosbag "
+        "(detections, poses of radars)",
     )
     parser.add_argument("run", metavar="RUN", help="the run: run.zarr, or its folder")
     parser.add_argument(

@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping
 from typing import Final
 
+import numpy as np
+
 from polychirp.study.store.groups import ArrayGroup, NamedArray, Values, groups_of
 from polychirp.study.store.load import StoredVictim
 
@@ -13,6 +15,7 @@ SOURCES: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
     "detections": (("detections", "score"), "detection"),
     "targets": (("truth", "score"), "target"),
     "paths": (("paths",), "path"),
+    "bodies": (("placement",), "body"),
     "ramps": (("schedule", "times", "code"), "ramp"),
 }
 """Tables by name: the groups of a stored run whose arrays are columns, and the axis of its rows.
@@ -36,7 +39,7 @@ _SUFFIXES: Final[Mapping[str, str]] = {
 
 
 def tables_of(victim: StoredVictim) -> dict[str, Table]:
-    """The tables `SOURCES` of a victim.
+    """The tables `SOURCES` of a victim, and "radar", one row with its pose in the world.
 
     Arrays with a second axis have a column for each place on it, such as ``point_x_m``. Complex
     numbers have two columns, ``_real`` and ``_imag``. The first column of targets holds their
@@ -51,7 +54,20 @@ def tables_of(victim: StoredVictim) -> dict[str, Table]:
             for column, values in _columns(groups[source], axis):
                 columns[f"{source}_{column}" if column in columns else column] = values
         tables[name] = columns
+    placement = groups["placement"]
+    tables["radar"] = {"radar": (victim.name,), "vehicle": (_carrier(victim),)} | {
+        f"{field}_{label}{_SUFFIXES[array.units]}": np.array([value])
+        for field, array in placement.arrays.items()
+        if array.axes[0] != "body"
+        for label, value in zip(
+            placement.coordinates[array.axes[0]].values, array.values, strict=True
+        )
+    }
     return tables
+
+
+def _carrier(victim: StoredVictim) -> str:
+    return victim.placement.name[victim.placement.carrier]
 
 
 def _columns(group: ArrayGroup, axis: str) -> Iterator[tuple[str, Values]]:

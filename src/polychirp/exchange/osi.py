@@ -6,7 +6,9 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from polychirp.axes import FloatArray
 from polychirp.exchange.stamps import since_start
+from polychirp.model.placement import Placement
 from polychirp.study.store.load import StoredRun, StoredVictim
 from polychirp.units import to_db
 
@@ -21,9 +23,14 @@ def write_osi(run: StoredRun, folder: Path) -> list[Path]:
     ``RadarDetection``: distance, m, azimuth and elevation, rad, radial velocity, m/s, SNR, dB.
     ``object_id`` is the number of the target's moving object if the cause of a detection is a
     target. The topic ``victim-0/ground_truth`` has a ``GroundTruth`` whose moving objects are the
-    targets, at the visible point that is nearest to the radar, in the world's frame. As OSI asks,
-    radial velocities are positive towards the sensor, which is the opposite of range rates. An
-    azimuth or elevation that the array does not measure is left out.
+    targets and the radar's vehicle, the host: the boxes around them, in the world's frame. As OSI
+    asks, radial velocities are positive towards the sensor, which is the opposite of range rates.
+    An azimuth or elevation that the array does not measure is left out.
+
+    ``mounting_position`` is the pose of the radar in the host's coordinates of OSI: along the axes
+    of its box, from the middle of the rear axle, to which ``bbcenter_to_rear`` of the host leads
+    from the centre of its box. Angles of pitch have the sign of the right-hand rule, as OSI asks:
+    positive with the nose down.
     """
     import betterosi
 
@@ -44,7 +51,10 @@ def _sensor_data(number: int, victim: StoredVictim) -> betterosi.SensorData:
     time, sensor = _timestamp(victim.detections.time), betterosi.Identifier(value=number)
     count = victim.detections.num_detections
     header = betterosi.SensorDetectionHeader(
-        measurement_time=time, sensor_id=sensor, number_of_valid_detections=count
+        measurement_time=time,
+        mounting_position=_mount(victim.placement),
+        number_of_valid_detections=count,
+        sensor_id=sensor,
     )
     radar = betterosi.RadarDetectionData(
         header=header, detection=[_detection(victim, n) for n in range(count)]
@@ -53,6 +63,7 @@ def _sensor_data(number: int, victim: StoredVictim) -> betterosi.SensorData:
         version=_version(),
         timestamp=time,
         sensor_id=sensor,
+        mounting_position=_mount(victim.placement),
         feature_data=betterosi.FeatureData(version=_version(), radar_sensor=[radar]),
     )
 
@@ -74,27 +85,67 @@ def _detection(victim: StoredVictim, n: int) -> betterosi.RadarDetection:
     )
 
 
+def _mount(placed: Placement) -> betterosi.MountingPosition:
+    import betterosi
+
+    return betterosi.MountingPosition(
+        position=_vector(placed.mount_position), orientation=_orientation(placed.mount_orientation)
+    )
+
+
 def _ground_truth(victim: StoredVictim) -> betterosi.GroundTruth:
     import betterosi
 
-    truth = victim.truth
-    objects = []
-    for n, name in enumerate(truth.name):
-        x, y, z = (float(value) for value in truth.point[n])
-        objects.append(
-            betterosi.MovingObject(
-                id=_identifier(n),
-                base=betterosi.BaseMoving(position=betterosi.Vector3d(x=x, y=y, z=z)),
-                source_reference=[
-                    betterosi.ExternalReference(
-                        reference="polychirp", type="target", identifier=[name]
-                    )
-                ],
-            )
-        )
+    placed = victim.placement
     return betterosi.GroundTruth(
-        version=_version(), timestamp=_timestamp(truth.time), moving_object=objects
+        version=_version(),
+        timestamp=_timestamp(placed.time),
+        host_vehicle_id=_identifier(placed.carrier),
+        moving_object=[_moving_object(victim, n) for n in range(len(placed.name))],
     )
+
+
+def _moving_object(victim: StoredVictim, n: int) -> betterosi.MovingObject:
+    import betterosi
+
+    placed = victim.placement
+    length, width, height = placed.box_size[n].tolist()
+    kind = "target" if placed.name[n] in victim.truth.name else "vehicle"
+    fields: dict[str, Any] = {}
+    if n == placed.carrier:
+        fields["vehicle_attributes"] = betterosi.MovingObject.VehicleAttributes(
+            bbcenter_to_rear=_vector(placed.centre_to_rear_axle)
+        )
+    return betterosi.MovingObject(
+        id=_identifier(n),
+        base=betterosi.BaseMoving(
+            dimension=betterosi.Dimension3d(length=length, width=width, height=height),
+            position=_vector(placed.box_centre[n]),
+            orientation=_orientation(placed.box_orientation[n]),
+            velocity=_vector(placed.velocity[n]),
+        ),
+        source_reference=[
+            betterosi.ExternalReference(
+                reference="polychirp", type=kind, identifier=[placed.name[n]]
+            )
+        ],
+        **fields,
+    )
+
+
+def _vector(values: FloatArray) -> betterosi.Vector3d:
+    import betterosi
+
+    x, y, z = values.tolist()
+    return betterosi.Vector3d(x=x, y=y, z=z)
+
+
+def _orientation(angles: FloatArray) -> betterosi.Orientation3d:
+    """Orientation of OSI, by the right-hand rule, of yaw, pitch (nose up) and roll, rad."""
+    import betterosi
+
+    yaw, pitch, roll = angles.tolist()
+    return betterosi.Orientation3d(roll=roll, pitch=-pitch, yaw=yaw)
 
 
 def _identifier(number: int) -> betterosi.Identifier:

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from polychirp.exchange.stamps import NANOSECONDS, since_start
-from polychirp.frames import direction_of
+from polychirp.frames import direction_of, quaternion
 from polychirp.study.store.load import StoredRun, StoredVictim
 from polychirp.units import to_db
 
@@ -27,6 +27,9 @@ FIELDS: Final = (
 )
 """Fields of each point: m in the radar's frame, m, m/s, rad, rad, dBW, dB, and 1 for a ghost."""
 
+TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
+"""Type of the messages with the poses of the radars."""
+
 _FLOAT32: Final = 7
 """Number of the data type of 32-bit floats in ``sensor_msgs/PointField``."""
 
@@ -36,7 +39,8 @@ def write_rosbag(run: StoredRun, folder: Path) -> list[Path]:
 
     Its topics ``/victim_0/detections`` and so on have one ``sensor_msgs/PointCloud2`` each, with
     `FIELDS` as 32-bit floats, in the radar's frame: x ahead, y left, z up. An angle that the array
-    does not measure counts as zero in x, y, z, and is NaN in its own field.
+    does not measure counts as zero in x, y, z, and is NaN in its own field. The topic ``/tf`` has
+    the transforms from the frame ``world`` to those of the radars, which have their names.
     """
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
@@ -53,7 +57,30 @@ def write_rosbag(run: StoredRun, folder: Path) -> list[Path]:
             seconds, nanoseconds = since_start(victim.detections.time)
             stamp = seconds * NANOSECONDS + nanoseconds
             writer.write(connection, stamp, store.serialize_cdr(message, message.__msgtype__))
+        connection = writer.add_connection("/tf", TRANSFORMS, typestore=store)
+        for victim in run.victims:
+            message = store.types[TRANSFORMS](transforms=[_transform(store, victim)])
+            seconds, nanoseconds = since_start(victim.placement.time)
+            stamp = seconds * NANOSECONDS + nanoseconds
+            writer.write(connection, stamp, store.serialize_cdr(message, TRANSFORMS))
     return [path]
+
+
+def _transform(store: Any, victim: StoredVictim) -> Any:
+    """Pose of the radar's frame in the world, at the instant of the detections."""
+    types, placed = store.types, victim.placement
+    seconds, nanoseconds = since_start(placed.time)
+    x, y, z = placed.radar_position.tolist()
+    stamp = types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
+    qw, qx, qy, qz = quaternion(*placed.radar_orientation.tolist()).tolist()
+    return types["geometry_msgs/msg/TransformStamped"](
+        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="world"),
+        child_frame_id=victim.name,
+        transform=types["geometry_msgs/msg/Transform"](
+            translation=types["geometry_msgs/msg/Vector3"](x=x, y=y, z=z),
+            rotation=types["geometry_msgs/msg/Quaternion"](x=qx, y=qy, z=qz, w=qw),
+        ),
+    )
 
 
 def _point_cloud(store: Any, victim: StoredVictim) -> Any:

@@ -11,6 +11,7 @@ The modules in reading order:
 - `if_frame`: dechirped samples and their parts: `IfFrame`, `IfParts`, `SampleTimes`.
 - `spectra`: spectra with their axes: `RangeProfiles`, `RangeRateSpectra`, `RangeRateMap`.
 - `detection`, `truth`, `score`: results: `Detections`, `Truth`, `Score`.
+- `placement`: poses of a radar and boxes around bodies in the world: `Placement`, `placement`.
 - `baseband`, `transceiver`: signals of software-defined radios, and such a radio: `Baseband`,
   `SampleSource`, `Transceiver`, `Link`.
 """

@@ -33,7 +33,7 @@ class Actor:
     ``(x, y, z)`` in the world. The body turns to the left with ``yaw_rate``, rad/s, and its
     velocity with it: the origin goes round a circle at constant speed. A trailer, which has
     ``towing``, follows its pin instead; it is ``part_of`` the actor of that name, so that both are
-    one target.
+    one target. ``rear_axle`` is the middle of a vehicle's rear axle, m, in its frame.
 
     A `Scene` has a tuple of them.
 
@@ -63,6 +63,7 @@ class Actor:
     movement: Movement | None = None
     towing: Towing | None = None
     part_of: str = ""
+    rear_axle: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if self.yaw_rate and self.plates:

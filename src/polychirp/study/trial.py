@@ -17,6 +17,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.frame_history import FrameHistory
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
+from polychirp.model.placement import Placement, placement
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
@@ -87,6 +88,7 @@ class VictimResult:
     detections: Detections
     truth: Truth
     score: Score
+    placement: Placement
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -372,6 +374,7 @@ def receive_and_score(
         detections=found,
         truth=true,
         score=score,
+        placement=placement(scene.at(found.time), victim, targets),
     )
 
 

@@ -29,7 +29,13 @@ from polychirp.traffic.semi_trailer import (
     trailer_pose,
 )
 from polychirp.traffic.shapes import Body
-from polychirp.traffic.vehicle import rear_axle_x, truck_pieces, vehicle_mesh, vehicle_size
+from polychirp.traffic.vehicle import (
+    rear_axle,
+    rear_axle_x,
+    truck_pieces,
+    vehicle_mesh,
+    vehicle_size,
+)
 from polychirp.units import (
     Between,
     Metres,
@@ -153,6 +159,11 @@ class Vehicle(Spec):
         aside = 0.0 if self.mesh is not None else -self.yaw_rate * rear_axle_x(self.body)
         return self.speed * along - aside * across, self.speed * across + aside * along, 0.0
 
+    @property
+    def rear_axle(self) -> tuple[float, float, float]:
+        """Middle of the rear axle in the vehicle's frame, m; a file's is at its origin."""
+        return (0.0, 0.0, 0.0) if self.mesh is not None else rear_axle(self.body)
+
     def surface(self) -> Mesh:
         """The vehicle's mesh in its own frame."""
         if self.mesh is None:
@@ -182,6 +193,7 @@ class Vehicle(Spec):
             velocity=self.velocity,
             yaw_rate=self.yaw_rate,
             mesh=self._pieces[0] if self.is_in_pieces else self.surface(),
+            rear_axle=self.rear_axle,
         )
 
     def trailer(self) -> Actor | None:

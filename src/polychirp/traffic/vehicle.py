@@ -294,6 +294,16 @@ def rear_axle_x(body: Body) -> float:
     return SHAPES[body].wheels.rear
 
 
+def rear_axle(body: Body) -> tuple[float, float, float]:
+    """Middle of a body's rear axle in the vehicle's frame, m; its height is the wheels' radius.
+
+    >>> rear_axle("sedan")
+    (-1.34, 0.0, 0.32)
+    """
+    shape = TRACTOR if body == ARTICULATED_TRUCK else SHAPES[body]
+    return rear_axle_x(body), 0.0, shape.wheels.radius
+
+
 def _outline(shape: Shape, front: End, rear: End, margin: float = 0.0) -> Outline:
     return Outline(
         front=front,

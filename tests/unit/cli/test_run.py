@@ -19,6 +19,7 @@ from polychirp.errors import RunError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
 from polychirp.model.paths import PropagationPaths
+from polychirp.model.placement import Placement, placement
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 from polychirp.study.spec import scene_of, schedules_of, target_names, victim_indices
@@ -38,6 +39,7 @@ class Victim:
     detections: Detections
     truth: Truth
     score: Score
+    placement: Placement
 
 
 def silent_victim(study, number: int) -> Victim:
@@ -86,6 +88,7 @@ def silent_victim(study, number: int) -> Victim:
             num_missed=len(names) - 1,
             floor_rise=10.0,
         ),
+        placement=placement(scene_of(study), number, names),
     )
 
 

@@ -19,6 +19,7 @@ from polychirp.exchange.formats import FORMATS, writer_of
 from polychirp.exchange.rosbag import FIELDS
 from polychirp.study.store.load import StoredRun, load_run
 from polychirp.study.store.save import save_run
+from polychirp.traffic.vehicle import vehicle_size
 from tests.support.runs import BOTH, ORIGIN
 from tests.support.snippets import blocks_of
 
@@ -155,7 +156,96 @@ def test_betterosi_reads_detections_and_targets(run, tmp_path):
     assert [one.radial_velocity for one in radar.detection] == pytest.approx(
         -expected.detections.range_rate
     )
-    assert [one.source_reference[0].identifier for one in truth.moving_object] == [["car"], ["van"]]
+    assert [
+        (one.source_reference[0].type, *one.source_reference[0].identifier)
+        for one in truth.moving_object
+    ] == [("target", "car"), ("target", "van"), ("vehicle", "ego")]
+
+
+def test_the_mounting_position_of_osi_leads_to_the_radar(run, tmp_path):
+    """The chain of OSI 3.8 gives the radar's pose in the world. The vehicle's origin is position +
+    R bbcenter_to_rear of the host (osi_sensordata.proto), the middle of the rear axle; the sensor's
+    is the mounting position from there. Orientations turn by yaw about z, then by pitch about the
+    new y, then by roll about the new x, each by the right-hand rule (osi_common.proto)."""
+    import betterosi
+    from scipy.spatial.transform import Rotation
+
+    def vector(one):
+        return np.array([one.x, one.y, one.z])
+
+    def turn(one):
+        return Rotation.from_euler("ZYX", [one.yaw, one.pitch, one.roll])
+
+    (path,) = writer_of("osi")(run, tmp_path)
+    (sensed,) = betterosi.read(path, mcap_topics=["victim-0/sensor_data"])
+    (truth,) = betterosi.read(path, mcap_topics=["victim-0/ground_truth"])
+    (host,) = [one for one in truth.moving_object if one.id.value == truth.host_vehicle_id.value]
+    mount = sensed.mounting_position
+    rear = vector(host.base.position) + turn(host.base.orientation).apply(
+        vector(host.vehicle_attributes.bbcenter_to_rear)
+    )
+    # a sedan that heads along y; its rear wheels, of 0.32 m radius, are 1.34 m behind its middle
+    np.testing.assert_allclose(rear, [5.0, -2.0 - 1.34, 0.32], atol=1e-9)
+    np.testing.assert_allclose(vector(mount.position), [2.0 + 1.34, 0.3, 0.6 - 0.32], atol=1e-9)
+    place = rear + turn(host.base.orientation).apply(vector(mount.position))
+    np.testing.assert_allclose(place, [5.0 - 0.3, -2.0 + 2.0, 0.6], atol=1e-9)
+    ahead = turn(host.base.orientation).apply(turn(mount.orientation).apply([1.0, 0.0, 0.0]))
+    level, azimuth = np.cos(0.1), np.pi / 2 + 0.2
+    expected = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(0.1)]
+    np.testing.assert_allclose(ahead, expected, atol=1e-9)
+    assert sensed.feature_data.radar_sensor[0].header.mounting_position == mount
+
+
+def test_objects_of_osi_are_boxes_that_stand_on_the_ground(run, tmp_path):
+    """Size of a built-in sedan: 4.6 m by 1.8 m; the middle of its box is above its origin."""
+    import betterosi
+
+    (path,) = writer_of("osi")(run, tmp_path)
+    (truth,) = betterosi.read(path, mcap_topics=["victim-0/ground_truth"])
+    car, van, ego = (one.base for one in truth.moving_object)
+    length, width = vehicle_size("sedan")
+    for one in (car, ego):
+        assert one.dimension.length == pytest.approx(length, abs=0.02)
+        assert one.dimension.width == pytest.approx(width, abs=0.02)
+        assert one.position.z == pytest.approx(one.dimension.height / 2, abs=1e-9)
+    assert (car.position.x, car.position.y) == pytest.approx((5.0, 20.0), abs=0.02)
+    assert (van.position.x, van.position.y) == pytest.approx((40.0, 0.0), abs=0.02)
+    assert van.dimension.height > car.dimension.height
+    assert abs(car.orientation.yaw) == pytest.approx(np.pi)
+    assert (ego.velocity.x, ego.velocity.y) == pytest.approx((0.0, 7.0), abs=1e-9)
+
+
+def test_tables_and_bags_have_the_pose_of_the_radar(run, tmp_path):
+    from rosbags.highlevel import AnyReader
+    from scipy.spatial.transform import Rotation
+
+    writer_of("csv")(run, tmp_path)
+    radar = _table(tmp_path / "victim-0" / "radar.csv")
+    assert (radar["radar"], radar["vehicle"]) == (["front"], ["ego"])
+    place = [float(radar[f"radar_position_{axis}_m"][0]) for axis in "xyz"]
+    assert place == pytest.approx([4.7, 0.0, 0.6], abs=1e-9)
+    assert float(radar["radar_orientation_yaw_rad"][0]) == pytest.approx(np.pi / 2 + 0.2)
+    assert float(radar["radar_orientation_pitch_rad"][0]) == pytest.approx(0.1)
+    bodies = _table(tmp_path / "victim-0" / "bodies.csv")
+    assert bodies["body"] == ["car", "van", "ego"]
+    assert float(bodies["box_centre_x_m"][1]) == pytest.approx(40.0, abs=0.02)
+
+    (path,) = writer_of("rosbag")(run, tmp_path)
+    with AnyReader([path]) as reader:
+        chosen = [one for one in reader.connections if one.topic == "/tf"]
+        poses = [
+            reader.deserialize(data, connection.msgtype).transforms[0]
+            for connection, _, data in reader.messages(connections=chosen)
+        ]
+    front, moved = poses[0], poses[0].transform.translation
+    assert (front.header.frame_id, front.child_frame_id) == ("world", "front")
+    assert [one.child_frame_id for one in poses] == ["front", "rear"]
+    assert [moved.x, moved.y, moved.z] == pytest.approx(place)
+    turned = front.transform.rotation
+    ahead = Rotation.from_quat([turned.x, turned.y, turned.z, turned.w]).apply([1.0, 0.0, 0.0])
+    level, azimuth = np.cos(0.1), np.pi / 2 + 0.2
+    expected = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(0.1)]
+    np.testing.assert_allclose(ahead, expected, atol=1e-9)
 
 
 def test_rosbags_reads_the_point_clouds(run, tmp_path):
@@ -167,7 +257,7 @@ def test_rosbags_reads_the_point_clouds(run, tmp_path):
             connection.topic: reader.deserialize(data, connection.msgtype)
             for connection, _, data in reader.messages()
         }
-    assert sorted(clouds) == ["/victim_0/detections", "/victim_1/detections"]
+    assert sorted(clouds) == ["/tf", "/victim_0/detections", "/victim_1/detections"]
     cloud, found = clouds["/victim_0/detections"], run.victim("front").detections
     points = cloud.data.view("<f4").reshape(-1, len(FIELDS))
     np.testing.assert_allclose(points[:, FIELDS.index("range")], found.range, rtol=1e-6)

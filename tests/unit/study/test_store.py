@@ -15,6 +15,7 @@ from polychirp.exchange.columns import tables_of
 from polychirp.model.front_end import HighPass
 from polychirp.model.if_frame import PARTS, IfParts
 from polychirp.model.paths import PropagationPaths
+from polychirp.model.placement import Placement
 from polychirp.model.ramp_code import RampCode
 from polychirp.study.provenance import canonical_json, provenance
 from polychirp.study.store.layout import FOLDERS
@@ -22,7 +23,7 @@ from polychirp.study.store.load import load_run, stored_hash
 from polychirp.study.store.save import save_run
 from polychirp.traffic.street import Street, Vehicle
 from polychirp.waveform import DiverseTriangular
-from tests.support.runs import ARRAY, BOTH, ORIGIN, STUDY, trial, victim
+from tests.support.runs import ARRAY, BOTH, ORIGIN, PLACED, STUDY, trial, victim
 
 PARTS_AXES = ("part", "channel", "ramp", "fast")
 
@@ -63,6 +64,13 @@ def test_a_run_comes_back(stored):
     np.testing.assert_array_equal(found.score.range_error, [0.1, 0.0])
     assert (found.score.ghosts, found.score.target_detection) == ((0, 1, 2), (0,))
     assert (found.score.num_missed, found.score.floor_rise) == (1, 2.5)
+
+
+def test_the_places_of_radar_and_bodies_come_back(stored):
+    found, expected = load_run(stored).victim("front").placement, PLACED
+    assert (found.time, found.name, found.carrier) == (0.0, ("car", "van", "ego"), 2)
+    for name in axes_of(Placement):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
 
 
 def test_the_radars_of_ghosts_come_back_and_are_unknown_in_older_runs(tmp_path):

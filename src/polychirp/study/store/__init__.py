@@ -13,11 +13,12 @@
         ├── paths/delay …             (path), (bounce); attributes reference_time, s, frequency, Hz
         ├── detections/range …        (detection); attributes time, s, and num_unresolved
         ├── truth/range …             (target), place_range (place); attributes time, s, and name
+        ├── placement/box_centre …    (body, xyz); radar_position …, (xyz); attributes time, s, name
         └── score/range_error …       (target), power, nature, body, radar (detection)
 
 Every array names its axes and its unit. Every axis has a coordinate, an array of its own name: the
-names of parts, targets and x, y, z; seconds after a ramp's first sample for ``fast``; numbers for
-all others. So xarray opens a run with coordinates:
+names of parts, targets, bodies, angles and x, y, z; seconds after a ramp's first sample for
+``fast``; numbers for all others. So xarray opens a run with coordinates:
 ``xarray.open_datatree("run.zarr", engine="zarr")``.
 
 The modules; others use the names beside them:

@@ -54,10 +54,11 @@ def groups_of(victim: VictimResult | StoredVictim) -> dict[str, ArrayGroup]:
     """All arrays of a victim, by the name of their group; samples and parts are in `OWN_GROUP`.
 
     Samples are rounded to ``complex64``. Every axis has a coordinate, an array of its own name: the
-    names of parts, targets and x, y, z; seconds after a ramp's first sample for ``fast``; numbers
-    for all others.
+    names of parts, targets, bodies, angles and x, y, z; seconds after a ramp's first sample for
+    ``fast``; numbers for all others.
     """
     frame, found, truth = victim.frame, victim.detections, victim.truth
+    placed = victim.placement
     coordinates = _known_coordinates(victim)
     groups = {OWN_GROUP: _group(_own_attributes(victim), _own_arrays(victim), coordinates)}
     attributes: dict[str, dict[str, Any]] = {
@@ -71,9 +72,15 @@ def groups_of(victim: VictimResult | StoredVictim) -> dict[str, ArrayGroup]:
         "detections": {"time": found.time, "num_unresolved": found.num_unresolved},
         "truth": {"time": truth.time, "name": list(truth.name)},
         "score": _score_attributes(victim.score),
+        "placement": {
+            "time": placed.time,
+            "name": list(placed.name),
+            "carrier": placed.carrier,
+        },
     }
     codes = [] if frame.schedule.code is None else [frame.schedule.code]
-    for noun in (frame.times, frame.schedule, *codes, victim.paths, found, truth, victim.score):
+    nouns = (frame.times, frame.schedule, *codes, victim.paths, found, truth, victim.score, placed)
+    for noun in nouns:
         name = FOLDERS[type(noun)]
         groups[name] = _group(attributes[name], dict(_noun_arrays(noun)), coordinates)
     return groups
@@ -132,6 +139,8 @@ def _known_coordinates(victim: VictimResult | StoredVictim) -> dict[str, NamedAr
         "part": victim.parts.names,
         "target": victim.truth.name,
         "xyz": tuple("xyz"),
+        "body": victim.placement.name,
+        "angle": ("yaw", "pitch", "roll"),
         **dict.fromkeys(POLARISATION_AXES, tuple("VH")),
     }
     times = victim.frame.times

@@ -7,13 +7,14 @@ from polychirp.axes import axes_of
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts, SampleTimes
 from polychirp.model.paths import PropagationPaths
+from polychirp.model.placement import Placement
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.ramp_code import RampCode
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 10
+FORMAT_VERSION: Final = 11
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
@@ -91,6 +92,15 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "place_azimuth": "rad",
         "place_elevation": "rad",
     },
+    Placement: {
+        "radar_position": "m",
+        "radar_orientation": "rad",
+        "rear_axle": "m",
+        "box_centre": "m",
+        "box_size": "m",
+        "box_orientation": "rad",
+        "velocity": "m/s",
+    },
 }
 """Unit of every stored array, by data type and field; "1" for numbers, ratios and masks."""
 
@@ -102,6 +112,7 @@ FOLDERS: Final[Mapping[type, str]] = {
     Detections: "detections",
     Truth: "truth",
     Score: "score",
+    Placement: "placement",
 }
 """Name of the group of each data type, within the group of a victim. A schedule without
 a code has no group of its code."""

@@ -15,6 +15,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.front_end import HighPass
 from polychirp.model.if_frame import IfFrame, IfParts, SampleTimes
 from polychirp.model.paths import PropagationPaths
+from polychirp.model.placement import Placement
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.ramp_code import RampCode
 from polychirp.model.score import Score
@@ -42,6 +43,7 @@ class StoredVictim:
     detections: Detections
     truth: Truth
     score: Score
+    placement: Placement
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -167,6 +169,7 @@ def _read_victim(folder: Path, is_whole: bool) -> StoredVictim:
         detections=noun(Detections),
         truth=noun(Truth),
         score=noun(Score),
+        placement=noun(Placement),
     )
 
 
