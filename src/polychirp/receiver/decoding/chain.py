@@ -16,11 +16,11 @@ from polychirp.receiver.decoding.code_limits import (
     refuse_undecodable,
 )
 from polychirp.receiver.decoding.correlation import (
+    added_time,
     correlated,
     decoded_ramps,
     line_power,
     present_share,
-    turning_loss,
 )
 from polychirp.receiver.decoding.reading import Reading
 from polychirp.receiver.mitigation import AnyMitigation
@@ -28,6 +28,7 @@ from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.chain import SAME_RANGE, RangeDoppler
 from polychirp.receiver.settings import DetectorSettings
+from polychirp.receiver.signal_model.turning import turning_loss
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +115,13 @@ class Decoding(DetectorSettings):
         """Detections of one frame, as of `RangeDoppler.detect`; errors as of `reading`."""
         read = self.reading(frame)
         seen = read.receiver.detect(read.frame, weight=read.weight)
-        loss = turning_loss(frame.schedule, frame.times, seen.range_rate)
+        if np.any(frame.schedule.slope != 0.0):  # samples of chirps are not added before
+            return seen
+        loss = turning_loss(
+            seen.range_rate,
+            frequency=float(frame.schedule.centre_frequency[0]),
+            duration=added_time(frame.schedule, frame.times),
+        )
         return replace(seen, power=seen.power / loss)
 
 

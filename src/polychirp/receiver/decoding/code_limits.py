@@ -18,8 +18,8 @@ MOST_UNEVEN_PERIOD = 1e-2
 last sample of a period is then wrong by 1 % of a chip, and a clock of 20 ppm remains below it."""
 
 NEEDED_SHARE = 0.8
-"""Share of half the band of a carrier's chips that the IF filter must pass. Chosen: with less, an
-echo loses a decibel, and its peak is a quarter wider than the stated resolution."""
+"""Share of half the band of a carrier's chips that the IF filter must pass. Chosen: with it, an
+echo loses 0.1 dB and its peak is 2 % wider than with all of it; with half, 1.2 dB and 26 %."""
 
 
 def undecodable(schedule: RampSchedule) -> str:

@@ -17,7 +17,6 @@ side lobes of a peak; those of the code are in :math:`|C_k|^2`.
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.range_doppler.transforms import taper
@@ -30,9 +29,6 @@ not. A receiver of chirps corrects the range for motion within a ramp, by vfT/B:
 B = 500 MHz at 79 GHz. The phase ½(B/T)τ² of a chirp's echo is missing, which changes the range rate
 by the share Bτ/Tf: 1.3e-3 at 60 m. Twice the duration doubles the first and halves the second.
 """
-
-LEAST_TURNING = 0.01
-"""Least power that `turning_loss` gives. Chosen: near its zeros a power is made of noise."""
 
 
 def samples_per_period(schedule: RampSchedule, times: SampleTimes) -> int:
@@ -100,36 +96,34 @@ def correlated(samples: ComplexArray, schedule: RampSchedule, times: SampleTimes
     return np.asarray(spectrum * _weights(schedule, times, order))
 
 
+def added_time(schedule: RampSchedule, times: SampleTimes) -> float:
+    """Time over which the samples of a sweep are added, s."""
+    return _num_periods(schedule, times) * samples_per_period(schedule, times) / times.rate
+
+
 def line_power(schedule: RampSchedule, times: SampleTimes) -> FloatArray:
     """Power :math:`|C_k|^2` of each ramp's code over its tapered mean, ``(ramp, k)``."""
     code = schedule.code
     assert code is not None
     order = _orders(samples_per_period(schedule, times))
-    power = np.abs(code_coefficients(code.value, order)) ** 2
-    return np.asarray((power / (power @ taper(order.size))[:, None])[code.row])
+    coefficient, mean = _lines(code.value, order)
+    return np.asarray((np.abs(coefficient) ** 2 / mean)[code.row])
 
 
-def turning_loss(schedule: RampSchedule, times: SampleTimes, range_rate: FloatArray) -> FloatArray:
-    """Power of the mean of a sweep's samples, whose phase turns, over that of one sample.
-
-    Samples of chirps are not added before their range rates are known, and lose nothing.
-    """
-    if np.any(schedule.slope != 0.0):
-        return np.ones(range_rate.shape)
-    added = _num_periods(schedule, times) * samples_per_period(schedule, times) / times.rate
-    doppler = 2.0 * float(schedule.centre_frequency[0]) * range_rate / SPEED_OF_LIGHT
-    return np.asarray(np.maximum(np.sinc(doppler * added) ** 2, LEAST_TURNING))
+def _lines(chips: ComplexArray, order: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """Coefficients ``(code, k)`` of codes, and the tapered means of their power ``(code, 1)``."""
+    coefficient = code_coefficients(chips, order)
+    return coefficient, ((np.abs(coefficient) ** 2) @ taper(order.size))[:, None]
 
 
 def _weights(schedule: RampSchedule, times: SampleTimes, order: FloatArray) -> ComplexArray:
     """Factors ``(ramp, k)``: the coefficients, at the code's phase where the samples begin."""
     code = schedule.code
     assert code is not None
-    coefficient = code_coefficients(code.value, order)
-    mean = (np.abs(coefficient) ** 2) @ taper(order.size)
+    coefficient, mean = _lines(code.value, order)
     into = (times.first - schedule.start_time) / code.period
     turned = np.exp(2j * np.pi * into[:, None] * order)
-    return np.asarray((coefficient / mean[:, None])[code.row] * turned)
+    return np.asarray((coefficient / mean)[code.row] * turned)
 
 
 def code_coefficients(chips: ComplexArray, order: FloatArray) -> ComplexArray:

@@ -7,5 +7,6 @@
 - `unit_signal`: the compiled signal of one point on one ramp.
 - `transmit_codes`: blocks of sweeps on which the codes are orthogonal: `code_blocks`.
 - `equal_ramps`: reason why ramps are not equal: `unequal`; refusal of codes: `refuse_code`.
+- `turning`: loss of samples that are added while a motion turns their phase: `turning_loss`.
 - `frame_model`: beats and phases of points on the ramps of one frame: `FrameModel`.
 """

@@ -6,9 +6,8 @@ from typing import Final, Literal
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
-from polychirp.model.if_frame import IfFrame, SampleTimes
+from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeRateMap
 from polychirp.receiver.angle.directions import directions
@@ -21,6 +20,7 @@ from polychirp.receiver.range_doppler.side_lobes import stands_out
 from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.receiver.settings import DetectorSettings, need_speed
 from polychirp.receiver.signal_model.transmit_codes import virtual_channels
+from polychirp.receiver.signal_model.turning import turning_loss
 from polychirp.receiver.stepped.solution import slowest, unambiguous_speed
 from polychirp.receiver.stepped.staircase import Staircase
 from polychirp.receiver.stepped.step_limits import refuse_high_pass, warn_of_motion
@@ -122,7 +122,11 @@ class MfskReceiver(DetectorSettings):
             greatest_speed=self.greatest_speed,
         )
         level = np.mean(np.abs(amplitude) ** 2, axis=(0, 1))
-        level /= turning_loss(stairs, frame.times, np.nan_to_num(motion.range_rate))
+        level /= turning_loss(
+            np.nan_to_num(motion.range_rate),
+            frequency=stairs.frequency,
+            duration=frame.times.most_samples / frame.times.rate,
+        )
         order = np.argsort(-level, kind="stable")
         order = order[np.isfinite(motion.range[order])]
         warn_of_motion(stairs, motion.range_rate[order])
@@ -192,10 +196,3 @@ def noise_of_sequences(noise: FloatArray) -> FloatArray:
     """Mean power of `in_sequences` of noise, from that on single steps, W ``(…, ramp)``."""
     window = taper(noise.shape[-1] // SEQUENCES)
     return np.asarray(np.mean(noise, axis=-1) * np.sum(window**2))
-
-
-def turning_loss(stairs: Staircase, times: SampleTimes, range_rate: FloatArray) -> FloatArray:
-    """Power of the mean of a step's samples, whose phase turns, over that of one sample."""
-    window = times.most_samples / times.rate
-    doppler = 2.0 * stairs.frequency * range_rate / SPEED_OF_LIGHT
-    return np.asarray(np.sinc(doppler * window) ** 2)
