@@ -60,7 +60,11 @@ class MfskReceiver(DetectorSettings):
     --------
     A point at 12 m that recedes at 3 m/s, ten times as strong as the noise of a sample:
 
+    >>> import numpy as np
+    >>> from polychirp.constants import SPEED_OF_LIGHT
     >>> from polychirp.model.antenna import AntennaArray
+    >>> from polychirp.model.if_frame import IfFrame, SampleTimes
+    >>> from polychirp.receiver.stepped.chain import MfskReceiver
     >>> from polychirp.rng import Streams
     >>> from polychirp.waveform import Mfsk
     >>> sent = Mfsk(num_steps=256).schedule(num_sweeps=1, streams=Streams(seed=1))
