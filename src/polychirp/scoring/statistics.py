@@ -214,14 +214,18 @@ def ratio_difference(
     r"""First minus second ratio of sums, of variants that share their random draws trial by trial.
 
     Common variations cancel in the difference of their influences
-    :math:`u_i = (a_i - R b_i)/\bar b`, whose mean is Student-distributed. If no trial differs, the
-    interval is ± the upper limit of the probability that a trial differs,
+    :math:`u_i = (a_i - R b_i)/\bar b`, whose mean is Student-distributed. A few trials that differ
+    do not show how rare such trials are; therefore the variance is computed with two more trials,
+    one for and one against, that differ by the typical :math:`s^2 = \sum u_i^4/\sum u_i^2`
+    (Agresti and Min, Stat. Med. 24 (2005) 729, add two pairs for this reason). If no trial differs,
+    the interval is ± the upper limit of the probability that a trial differs,
     :math:`1 - (\alpha/2)^{1/n}`, about the value. ``first`` and ``second`` are numerator and
     denominator in every trial, ``(trial,)`` each; ones as the denominator make it a difference of
     means.
 
-    Where few trials differ, and all in one direction, the interval is too narrow: 86 to 91 % of
-    those of 95 % held the truth where 1 to 10 % of 100 or 200 trials differed.
+    An interval cannot tell what the trials do not show: where one variant makes three ghosts at
+    once in 1 % of 100 or 200 trials, and none of them has occurred, it is too narrow (of such
+    intervals of 95 %, 87 to 91 % contained the truth).
 
     >>> found, seen = np.array([4.0, 5.0, 3.0, 5.0]), np.full(4, 5.0)
     >>> gain = ratio_difference((found, seen), (found - 1.0, seen))  # always one target more
@@ -270,7 +274,7 @@ def _difference(
     value = first - second
     if influence.size < 2 or not math.isfinite(value):
         return Estimate(value=value, low=math.nan, high=math.nan)
-    reach = _student(level, influence.size - 1) * math.sqrt(_variance(influence))
+    reach = _student(level, influence.size - 1) * math.sqrt(_variance_of_difference(influence))
     rounding = _ROUNDING * max(abs(first), abs(second))
     if np.all(np.abs(influence) <= rounding):  # no trial differs from the others
         reach = least * (1 - (0.5 * (1 - level)) ** (1 / influence.size))
@@ -281,6 +285,21 @@ def _variance(influence: FloatArray) -> float:
     """Variance of the mean of values that are zero on average."""
     number = influence.size
     return float(influence @ influence) / (number * (number - 1))
+
+
+def _variance_of_difference(influence: FloatArray) -> float:
+    """Variance of the mean, with two more trials of the typical difference."""
+    squares = influence**2
+    total = float(squares.sum())
+    if not total > 0:
+        return 0.0
+    typical = float((squares / total) @ squares)
+    return _variance(influence) + _ADDED_DIFFERENCES * typical / influence.size**2
+
+
+_ADDED_DIFFERENCES: Final = 2.0
+"""Number of added trials that differ. Chosen: with it the 95 % intervals contain the true value in
+at least 94 of 100 cases if 3 to 10 % of 100 or 200 trials differ, all in one direction."""
 
 
 def _student(level: float, freedom: int) -> float:

@@ -115,12 +115,17 @@ def test_variants_that_always_differ_alike_do_so_whatever_rounding_says(trials):
     assert more.half_width == pytest.approx(1 - 0.025 ** (1 / trials))
 
 
-def test_the_difference_of_a_mean_is_students():
+@pytest.mark.parametrize("trials", [50, 5000])
+def test_the_difference_of_a_mean_is_students_with_two_more_trials(trials):
     rng = np.random.default_rng(6)
-    one, two, ones = rng.poisson(2.0, 50), rng.poisson(1.0, 50), np.ones(50)
+    one, two, ones = rng.poisson(2.0, trials), rng.poisson(1.0, trials), np.ones(trials)
     found = ratio_difference((one, ones), (two, ones))
     expected = stats.ttest_rel(one, two).confidence_interval(0.95)
-    assert (found.low, found.high) == pytest.approx((expected.low, expected.high))
+    assert found.low + found.high == pytest.approx(expected.low + expected.high)
+    wider = found.half_width / (0.5 * (expected.high - expected.low))
+    # the typical difference has the kurtosis of the differences, about 3, as its variance
+    kurtosis = stats.kurtosis(one - two, fisher=False)
+    assert wider == pytest.approx(math.sqrt(1 + 2 * kurtosis * (trials - 1) / trials**2))
 
 
 @pytest.mark.slow
@@ -201,3 +206,17 @@ def test_the_intervals_of_paired_differences_hold_them(trials):
     # P(0.6 u + 0.4 v < x) for x between 0.4 and 0.6 is (x − 0.2)/0.6
     assert coverage(0.1 / 0.6, probabilities) >= 0.925
     assert coverage(math.sqrt(1.25) - math.sqrt(1.04), errors) >= 0.915
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trials", [100, 200])
+@pytest.mark.parametrize("rarity", [0.03, 0.1, 0.5])
+def test_the_interval_of_a_difference_holds_it_where_few_trials_differ(trials, rarity):
+    """One variant finds one target more in few of the trials, and never one less."""
+    seen = np.full(trials, 5.0)
+
+    def experiment(rng):
+        found = rng.binomial(4, 0.7, trials).astype(float)
+        return ratio_difference((found + (rng.uniform(size=trials) < rarity), seen), (found, seen))
+
+    assert coverage(rarity / 5.0, experiment) >= 0.93
