@@ -328,12 +328,16 @@ def _show(
     for name, row in rows.items():
         print(
             f"  {name:<14}{_db(row.peak**2):>10}{_fixed(row.lag * 1e6, 4):>11} us"
-            f"{row.width * 1e9:>9.2f} ns"
+            f"{_width(row.width):>12}"
             f"{_db(row.peak_side_lobe):>12}{_db(row.integrated_side_lobe):>12}"
         )
     law = pair.law
     if law is not None:
         print(f"  theory of the peak {_db(law[0])}: {law[1]}")
+
+
+def _width(width: float) -> str:
+    return f"{_fixed(width * 1e9, 2)} ns" if math.isfinite(width) else "unknown"
 
 
 def _db(ratio: float) -> str:

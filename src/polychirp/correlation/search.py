@@ -12,7 +12,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from polychirp.axes import Axes, ComplexArray, FloatArray, Sealed
+from polychirp.axes import Axes, ComplexArray, FloatArray, IntArray, Sealed
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband, Progress, SampleSource, no_progress
 
@@ -54,8 +54,9 @@ def search(
 ) -> Found:
     """Search for ``reference`` at every sample of ``recording`` at which it fits completely.
 
-    Memory holds one block of the recording and its transforms, for recordings of any length. Of
-    places closer than half the reference's length, only the one with the greatest ρ is kept.
+    Memory holds one block of the recording and its transforms, for recordings of any length, and
+    the maxima of ρ above the threshold. The greatest ρ is kept, and no other within half the
+    reference's length of it; then the greatest of the others, and so on.
 
     Parameters
     ----------
@@ -88,17 +89,22 @@ def search(
     energy = float(np.vdot(reference.samples, reference.samples).real)
     width = -(-total // min(NUM_BINS, total))
     envelope = np.zeros(-(-total // width))
-    peaks: list[tuple[int, float]] = []
+    places: list[IntArray] = []
+    peaks: list[FloatArray] = []
     for first in range(0, total, step):
         progress("samples", first, total)
         piece = recording.read(first, min(first + size, recording.num_samples))
         height = _heights(piece, spectrum, size, length, energy)
         _into_bins(envelope, height, first, width)
-        _keep(peaks, height, first, threshold, max(1, length // 2))
+        maxima = _maxima(height, threshold)
+        places.append(first + maxima)
+        peaks.append(height[maxima])
     progress("samples", total, total)
+    place, peak = np.concatenate(places), np.concatenate(peaks)
+    kept = _greatest_apart(place, peak, length // 2)
     return Found(
-        peak=np.array([height for _, height in peaks]),
-        lag=np.array([place / rate for place, _ in peaks]),
+        peak=peak[kept],
+        lag=place[kept] / rate,
         envelope=envelope,
         bin_start=np.asarray(np.arange(envelope.size) * (width / rate)),
     )
@@ -147,13 +153,23 @@ def _into_bins(envelope: FloatArray, height: FloatArray, first: int, width: int)
     envelope[number[starts]] = np.maximum(envelope[number[starts]], highest)
 
 
-def _keep(
-    peaks: list[tuple[int, float]], height: FloatArray, first: int, threshold: float, apart: int
-) -> None:
-    """Add the places of a block; one near the previous place replaces it if its ρ is greater."""
-    for n in np.flatnonzero(height >= threshold):
-        place, value = first + int(n), float(height[n])
-        if not peaks or place - peaks[-1][0] > apart:
-            peaks.append((place, value))
-        elif value > peaks[-1][1]:
-            peaks[-1] = (place, value)
+def _maxima(height: FloatArray, threshold: float) -> IntArray:
+    """Places of a block with ρ of at least the threshold, and of at least their neighbours'."""
+    around = np.concatenate([[0.0], height, [0.0]])
+    is_maximum = (height >= around[:-2]) & (height >= around[2:]) & (height >= threshold)
+    return np.flatnonzero(is_maximum)
+
+
+def _greatest_apart(place: IntArray, peak: FloatArray, apart: int) -> IntArray:
+    """Indices, growing, of peaks that have no greater kept one at a distance of ``apart`` or less.
+
+    ``place`` grows. Of equal peaks, the first is kept.
+    """
+    is_open = np.ones(place.size, dtype=np.bool_)
+    kept = []
+    for n in np.argsort(-peak, kind="stable"):
+        if is_open[n]:
+            kept.append(n)
+            low, high = np.searchsorted(place, [place[n] - apart, place[n] + apart + 1])
+            is_open[low:high] = False
+    return np.sort(np.array(kept, dtype=np.intp))

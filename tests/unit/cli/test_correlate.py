@@ -56,9 +56,18 @@ def test_a_waveform_with_itself_is_printed_beside_the_closed_form(capsys):
 def test_the_papers_second_case_shares_no_frequency_or_follows_the_law(capsys):
     apart = answer(capsys, "paper-120", "paper-100")
     assert decibels(apart["closed form"]) == pytest.approx(-92.9, abs=0.1)
+    # samples add aliases of the ramps' ends, of 0.2 dB at most at the default rate
+    assert decibels(apart["correlation"]) == pytest.approx(-92.87, abs=0.22)
     based = answer(capsys, "paper-120", "paper-100", "--baseband")
     assert decibels(based["correlation"]) == pytest.approx(-31.6, abs=0.1)
     assert decibels(based["closed form"]) == pytest.approx(-31.6, abs=0.1)
+
+
+def test_a_width_that_is_not_reached_is_called_unknown(capsys):
+    assert main(["correlate", "paper-120", "paper-100", "--rate", "468 MS/s"]) == 0
+    printed = capsys.readouterr().out
+    assert "unknown" in printed
+    assert "inf" not in printed
 
 
 @pytest.mark.slow

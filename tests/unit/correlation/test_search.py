@@ -60,6 +60,19 @@ def test_noise_lowers_a_peak_as_the_formula_says():
     assert peak == pytest.approx(np.sqrt(0.5), abs=0.02)
 
 
+def test_a_place_is_not_lost_to_one_that_is_lost_itself():
+    """Of three places, each 30 samples apart, the middle one is lost to the last, the first stays.
+
+    The greatest is kept, and what is half a length of 100 samples away from it or less is not."""
+    reference = noise(100, 2)
+    samples = np.zeros(1000, dtype=complex)
+    for place, weight in ((300, 1.0), (330, 1.6), (360, 2.5)):
+        samples[place : place + 100] += weight * reference
+    for block in (64, 4096):
+        found = search(signal(samples), signal(reference), threshold=0.25, block=block)
+        np.testing.assert_allclose(found.lag * RATE, [300, 360], atol=1e-9)
+
+
 def test_silence_is_no_peak():
     found = search(signal(np.zeros(1000)), signal(noise(10)), threshold=0.1)
     assert found.peak.size == 0

@@ -32,6 +32,11 @@ NAMED: Final[dict[str, AnyWaveform]] = {
 RATE_OVER_BANDWIDTH: Final = 1.3
 """Default ratio of sample rate to bandwidth, that of the paper: 130 MS/s for 100 MHz."""
 
+DISJOINT_RATE_OVER_BANDWIDTH: Final = 8.0
+r"""The same for two waveforms that share no frequency, whose correlation the ramps' ends make: a
+sum of samples makes an end :math:`x/\sin x` times as strong as an integral does, with x = π times
+the distance of the frequencies over the rate; 0.2 dB at most here, 11 dB at 1.3."""
+
 MOST_LAGS: Final = 1 << 23
 """Number of lags of a correlation above which `fine_step` reduces the lags per sample; chosen."""
 
@@ -152,7 +157,8 @@ def paired(
     Parameters
     ----------
     sample_rate : 1/s; by default that of a recording (of ``b`` if both are), else 1.3 times the
-        band that contains both waveforms, or at baseband the wider one of their bands
+        band that contains both waveforms (8 times, if they share no frequency), or at baseband the
+        wider one of their bands
     compare_basebands : True to remove the carriers: those of waveforms are the middle of the band
 
     Raises
@@ -171,7 +177,7 @@ def paired(
     else:
         edges = [edge for one in schedules for edge in band_edges(one)]
         centre = recorded[0].centre_frequency if recorded else 0.5 * (min(edges) + max(edges))
-        wide = RATE_OVER_BANDWIDTH * (max(edges) - min(edges)) if edges else 0.0
+        wide = _rate_over_bandwidth(schedules) * (max(edges) - min(edges)) if edges else 0.0
         rate = sample_rate or (recorded[0].sample_rate if recorded else wide)
         signals = [_signal(one, rate, centre) for one in (a, b)]
         signals[0] = comparable(signals[0], signals[1])
@@ -184,6 +190,12 @@ def paired(
         b_schedule=about[1],
         is_ideal=not recorded,
     )
+
+
+def _rate_over_bandwidth(schedules: list[RampSchedule]) -> float:
+    if len(schedules) == 2 and _gap(*schedules) > 0:
+        return DISJOINT_RATE_OVER_BANDWIDTH
+    return RATE_OVER_BANDWIDTH
 
 
 def _title(a: Operand, b: Operand, signal: Baseband, compare_basebands: bool) -> str:
