@@ -35,6 +35,7 @@ from polychirp.channel.tracers.part_traces import (
     faint_errors,
     power_of_pairs,
 )
+from polychirp.channel.tracers.ray_check import checked
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 from polychirp.threads import side_by_side
@@ -107,7 +108,8 @@ def _every_time(
     snapshots = []
     for number, time in enumerate(times):
         progress(number, len(times))
-        snapshots.append(tracer.trace(scene.at(float(time))))
+        now = scene.at(float(time))
+        snapshots.append(checked(tracer.trace(now), now))
     progress(len(times), len(times))
     return tuple(snapshots)
 
