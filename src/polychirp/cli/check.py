@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 from polychirp.cli.terminal import command_name, say, tables
 
 if TYPE_CHECKING:
-    from polychirp.study.check import Derived, DerivedRadar
+    from polychirp.study.check import Derived
+    from polychirp.study.limits.derived_radar import DerivedRadar
 
 
 def add_study_arguments(parser: argparse.ArgumentParser) -> None:

@@ -6,7 +6,7 @@ The modules and subpackages in reading order; others may use the names beside th
   `schedules_of`.
 - `traffic`: random traffic of a study: `StudyTraffic`.
 - `random_draw`: one street from that traffic: `sample_street`.
-- `size`: memory of a study, estimated before it is allocated: `refuse_too_large`.
+- `limits`: what a study cannot do, or does only in part, found before it runs.
 - `kernel_parts`, `warm_up`: compilation of the kernels before a study runs: `compile_parts`.
 - `margins`: margins within which detections are on a target: `gate_for`, `gates_of`.
 - `part_views`: spectra and maps of the parts of a frame: `part_views`, `part_maps`.

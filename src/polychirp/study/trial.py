@@ -47,10 +47,10 @@ from polychirp.study.body_echoes import body_echoes
 from polychirp.study.frame_loop import last_frame
 from polychirp.study.ghost_radars import Interference, radars_of_ghosts
 from polychirp.study.kernel_parts import compile_parts, parts_of
+from polychirp.study.limits.size import refuse_too_large
 from polychirp.study.margins import gate_for
 from polychirp.study.random_draw import sample_street
 from polychirp.study.recent_results import RecentResults, recalled
-from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
     Study,
     refresh_times,

@@ -32,7 +32,7 @@ from polychirp.study.spec import (
     tracer_of,
     victim_indices,
 )
-from polychirp.study.target_limits import targets_out_of_reach
+from polychirp.study.limits.targets import targets_out_of_reach
 from polychirp.study.trial import Trial, run_trial
 from polychirp.traffic.street import Building, Point, Street, Vehicle
 from polychirp.waveform import (

@@ -35,11 +35,11 @@ from polychirp.receiver.selection import (
 )
 from polychirp.receiver.settings import DetectorSettings
 from polychirp.study.check import check
+from polychirp.study.limits.targets import greatest_speed
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.provenance import Provenance, canonical_json, provenance
 from polychirp.study.roc.yardsticks import Extent, error_limits, resolution
 from polychirp.study.spec import Study, schedule_of
-from polychirp.study.target_limits import greatest_speed
 
 MOST_CASES: Final = 1000
 """Greatest number of SNRs; chosen."""

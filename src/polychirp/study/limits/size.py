@@ -95,9 +95,17 @@ def _parts(receiver: AnyReceiver, radar: StudyRadar, schedule: RampSchedule) -> 
 
 
 def frame_memory(times: SampleTimes, radar: StudyRadar) -> float:
-    """Bytes of a frame's samples, with padding, of their parts and of their spectra."""
-    padded = float(radar.array.num_channels) * times.num_samples.size * times.most_samples
-    return padded * (1 + len(parts_of(radar)) + _SPECTRA) * _SAMPLE
+    """Bytes of a frame's samples, of their parts and of their spectra."""
+    return float(frame_bytes(times, radar)) + float(_padded(times, radar)) * _SPECTRA * _SAMPLE
+
+
+def frame_bytes(times: SampleTimes, radar: StudyRadar) -> int:
+    """Bytes of a frame's samples and of its parts; all ramps are padded to the longest."""
+    return _padded(times, radar) * (1 + len(parts_of(radar))) * _SAMPLE
+
+
+def _padded(times: SampleTimes, radar: StudyRadar) -> int:
+    return radar.array.num_channels * times.num_samples.size * times.most_samples
 
 
 def map_memory(receiver: CoherentReceiver, schedule: RampSchedule, radar: StudyRadar) -> float:

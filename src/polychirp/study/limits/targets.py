@@ -1,4 +1,4 @@
-"""Targets that a receiver cannot report: they are too far away, too near or too fast for it."""
+"""Targets that a receiver cannot report: without an echo, too far away, too near or too fast."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,6 +22,22 @@ from polychirp.traffic.vehicle import vehicle_size
 
 Body = Vehicle | Point | RoadUser
 """A possible target."""
+
+
+def targets_without_echo(study: Study) -> Iterator[str]:
+    """A sentence if vehicles are targets and the tracer computes no reliable echo of vehicles."""
+    vehicles = {vehicle.name for vehicle in study.street.vehicles}
+    names = sorted(
+        vehicles.intersection(
+            name for i in victim_indices(study) for name in target_names(study, study.radars[i])
+        )
+    )
+    if names and not {"facets", "vehicle-points"} & study.tracer.capabilities:
+        yield (
+            f"the tracer '{study.tracer.kind}' computes no reliable echo of vehicles, so "
+            f"'{names[0]}' may not be found; use the tracer 'composite' or 'point-vehicles', or "
+            "name points as targets if it has them"
+        )
 
 
 def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:

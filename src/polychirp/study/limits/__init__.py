@@ -1,0 +1,14 @@
+"""Limits of a study, found before it runs: all that it cannot do, or does only in part.
+
+`study.check` uses all of them. A study that cannot run raises an error; one that can, but hardly is
+meant so, gets a sentence for a warning. The modules; others may use the names beside them:
+
+- `problems`: places of a study file that prevent it from running: `problems`.
+- `size`: memory of a study, estimated before it is allocated: `refuse_too_large`, `frame_bytes`.
+- `derived_radar`: resolution, limits and size of a radar's frame: `DerivedRadar`.
+- `frames`: frames that a radar cannot sample, or its receiver cannot read: `refuse_unread`.
+- `radios`: carriers, mounts, elements and sample rates that hardly are meant.
+- `receivers`: ramps and arrays that suit a receiver in part only.
+- `targets`: targets without an echo, too far or too fast: `targets_out_of_reach`.
+- `access`: rules of access that keep nobody apart: `access_in_vain`.
+"""
