@@ -20,6 +20,7 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation import RampMinimum
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.study.check import check
+from polychirp.study.limits.targets import targets_out_of_reach
 from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import (
     Study,
@@ -32,7 +33,6 @@ from polychirp.study.spec import (
     tracer_of,
     victim_indices,
 )
-from polychirp.study.limits.targets import targets_out_of_reach
 from polychirp.study.trial import Trial, run_trial
 from polychirp.traffic.street import Building, Point, Street, Vehicle
 from polychirp.waveform import (

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from polychirp.channel.geometry.bvh import Caster
-from polychirp.testing.shapes import box, sphere
+from polychirp.frames import Pose
+from polychirp.testing.shapes import box, plate, sphere
 from tests.support.references.geometry import closest_by_trying_all
 
 
@@ -57,6 +58,39 @@ def test_rays_along_an_axis_and_through_flat_boxes_are_found():
         start, way = np.full((1, 3), 0.1), np.zeros((1, 3))
         start[0, axis], way[0, axis] = -3.0, 1.0
         assert caster.closest(start, way)[0][0] == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_ray_in_the_plane_in_which_a_triangle_ends_meets_it(axis, side):
+    """Radars of one lane see panes and bodies whose edges lie in the plane of the sight line."""
+    along = (axis + 1) % 3
+    corners = np.zeros((1, 3, 3))
+    corners[0, :, along] = 5.0
+    corners[0, :2, (axis + 2) % 3] = -1.0, 1.0
+    corners[0, 2, axis] = side
+    start, end = np.zeros((1, 3)), np.zeros((1, 3))
+    end[0, along] = 10.0
+    caster = Caster(corners)
+    assert caster.occluded(start, end)[0]
+    assert caster.closest(start, end - start)[0][0] == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1.2, 1.5])
+def test_no_ray_slips_through_between_two_triangles(tilt):
+    """Through edges and corners of a sheet that is turned about all axes, from 20 m away."""
+    rng = np.random.default_rng(7)
+    turned = Pose(x=1.0, y=2.0, z=3.0, yaw=0.7, pitch=0.2, roll=-0.3)
+    caster = Caster(turned.to_outer(plate(4.0, 0.2).reshape(-1, 3)).reshape(-1, 3, 3))
+    places = 0.2 * rng.integers(-8, 9, (4000, 2)).astype(float)
+    places[::2, 1] = rng.uniform(-1.6, 1.6, 2000)  # on an edge; the others are on a corner
+    around = rng.uniform(0.0, 2 * np.pi, 4000)
+    way = np.stack(
+        [np.full(4000, np.cos(tilt)), *(np.sin(tilt) * f(around) for f in (np.cos, np.sin))]
+    )
+    place = turned.to_outer(np.column_stack([np.zeros(4000), places]))
+    way = way.T @ turned.rotation.T
+    assert caster.occluded(place - 20.0 * way, place + 20.0 * way).all()
 
 
 def test_a_ray_crosses_a_closed_body_as_often_in_as_out():
