@@ -179,9 +179,9 @@ def _counts(victim: VictimResult) -> dict[str, int]:
     score = victim.score
     return {
         "targets": len(victim.truth.name),
-        "found": int(score.is_detected.sum()),
+        "found": int((score.is_detected & score.is_in_sight).sum()),
         "missed": score.num_missed,
-        "out of sight": int((~score.is_in_sight & ~score.is_detected).sum()),
+        "out of sight": int((~score.is_in_sight).sum()),
         "ghosts": len(score.ghosts),
         "other echoes": len(score.other_echoes),
         "unresolved": score.num_unresolved,

@@ -188,6 +188,7 @@ def _detections(row: Summary) -> dict[str, str]:
     return {
         "trials": str(row.num_trials),
         "Pd": shown(row.detection, digits=3),
+        "out of sight": f"{row.out_of_sight.value:.2g}",
         "P(ghost)": shown(row.ghost, digits=3),
         "ghosts": shown(row.ghosts),
         "unexplained": shown(row.unexplained),

@@ -34,6 +34,8 @@ class Actor:
     velocity with it: the origin goes round a circle at constant speed. A trailer, which has
     ``towing``, follows its pin instead; it is ``part_of`` the actor of that name, so that both are
     one target. ``rear_axle`` is the middle of a vehicle's rear axle, m, in its frame.
+    ``fluctuation`` is the drawn cross section of a fluctuating body, which its points have, over
+    its mean.
 
     A `Scene` has a tuple of them.
 
@@ -64,6 +66,7 @@ class Actor:
     towing: Towing | None = None
     part_of: str = ""
     rear_axle: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    fluctuation: float = 1.0
 
     def __post_init__(self) -> None:
         if self.yaw_rate and self.plates:

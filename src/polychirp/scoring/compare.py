@@ -25,6 +25,7 @@ def compare(
     before: TargetLevels,
     after: TargetLevels,
     echo_snr: FloatArray,
+    fluctuation: FloatArray | float = 1.0,
     gate: Gate | None = None,
 ) -> Score:
     """Score the detections of one radar, the victim, in one frame.
@@ -38,6 +39,8 @@ def compare(
     before, after : echo and interference over noise at every target, before and after mitigation
     echo_snr : coherent SNR of the whole echo of every target, a ratio, which says with the truth
         what is in sight, ``(target,)``
+    fluctuation : power of the echo of a fluctuating target over its mean, ``(target,)``: a target
+        whose echo fades is not out of sight, but missed
     gate : margins of a detection; None is `Gate` by default
     """
     found = causes(detections, truth, powers=powers, echoes=echoes, gate=gate or Gate())
@@ -51,7 +54,7 @@ def compare(
 
     is_detected = np.zeros(len(truth.name), dtype=bool)
     is_detected[target] = True
-    is_in_sight = in_sight(truth, echo_snr)
+    is_in_sight = in_sight(truth, echo_snr / np.maximum(fluctuation, 1e-300))
     return Score(
         is_detected=is_detected,
         range_error=per_target(detections.range[detection] - truth.range[target]),

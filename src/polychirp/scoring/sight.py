@@ -16,9 +16,11 @@ of a radar in a frame if two conditions hold:
    the frame, N samples on each of M channels, and the noise power σ².
 
 Interference, stronger echoes and the receiver's processing do not enter: they may hide a target,
-but do not take it out of sight. The mean over the band hardly depends on the ramps, so that the
-same street has the same targets in sight with every waveform. Targets out of sight are counted
-apart; what is detected of them is neither a ghost nor part of the detection probability.
+but do not take it out of sight. Of a fluctuating point, the SNR of the mean cross section counts:
+a draw that fades is missed, as Swerling's cases say. The mean over the band hardly depends on the
+ramps, so that the same street has the same targets in sight with every waveform that sends the
+same energy. Targets out of sight are counted apart; detections of them are neither ghosts nor
+part of the detection probability.
 """
 
 from typing import Final

@@ -11,6 +11,7 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 from polychirp.scoring.echoes import sending_back
 from polychirp.synthesis.impairments.front_end import sample_scale
+from polychirp.synthesis.links.interference_levels import mean_power
 from polychirp.synthesis.links.links import links_between
 from polychirp.synthesis.links.thermal_noise import noise_density
 
@@ -31,7 +32,7 @@ def body_echoes(
 
     This is the energy of an echo in all samples and channels over that of the noise in one of them
     at the noise's density in the pass band: a matched filter has it, however fast a converter
-    samples.
+    samples. Elements that send together add their energies, and chips have their mean power.
 
     Parameters
     ----------
@@ -40,10 +41,10 @@ def body_echoes(
     frame : as received, before any decoding
     """
     power = echo_powers(scene, paths, victim=victim, frequency=_band(frame))
-    present = np.arange(frame.times.most_samples) < frame.times.num_samples[:, None]
+    sent = float(frame.times.num_samples @ mean_power(frame.schedule))
     radar = scene.radars[victim]
     noise = sample_scale(radar) * noise_density(radar) * frame.times.rate
-    snr = power * (len(frame.samples) * np.count_nonzero(present) / noise)
+    snr = power * (len(frame.samples) * sent / noise)
     whole = np.array([actor.whole for actor in scene.actors])
     return np.array([float(np.sum(snr[whole == name])) for name in targets])
 

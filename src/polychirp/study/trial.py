@@ -360,6 +360,7 @@ def receive_and_score(
         before=before,
         after=after,
         echo_snr=echo_snr,
+        fluctuation=_fluctuation(scene, targets),
         gate=gate_for(receiver, received.schedule, received.array),
     )
     if interference is not None:
@@ -376,6 +377,12 @@ def receive_and_score(
         score=score,
         placement=placement(scene.at(found.time), victim, targets),
     )
+
+
+def _fluctuation(scene: Scene, targets: Sequence[str]) -> FloatArray:
+    """Power of the echo of every target over its mean, ``(target,)``; 1 unless it fluctuates."""
+    ratio = {actor.name: actor.fluctuation for actor in scene.actors}
+    return np.array([ratio[name] for name in targets])
 
 
 def _contributions(

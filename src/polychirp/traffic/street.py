@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import combinations
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
@@ -432,13 +432,14 @@ class Point(Spec):
         if self.rcs < 0:
             raise InputError(f"point '{self.name}' cannot have a negative radar cross section")
 
-    def drawn(self, rng: np.random.Generator) -> Self:
+    def drawn(self, rng: np.random.Generator) -> "Point":
         """The point with a drawn cross section, which is steady from then on."""
         if self.fluctuation == "steady":
             return self
         shape = {"swerling-1": 1.0, "swerling-3": 2.0}[self.fluctuation]
-        rcs = self.rcs * float(rng.gamma(shape)) / shape
-        return replace(self, rcs=rcs, fluctuation="steady")
+        ratio = float(rng.gamma(shape)) / shape
+        own = {one.name: getattr(self, one.name) for one in fields(Point)}
+        return DrawnPoint(**{**own, "rcs": self.rcs * ratio, "fluctuation": "steady"}, ratio=ratio)
 
     def actor(self) -> Actor:
         """The point as a body of its own."""
@@ -449,6 +450,17 @@ class Point(Spec):
             velocity=self.velocity,
             points=(PointScatterer(position=(0.0, 0.0, 0.0), rcs=self.rcs),),
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrawnPoint(Point):
+    """A point of which one trial has drawn the cross section: ``ratio`` times the mean."""
+
+    ratio: float
+
+    def actor(self) -> Actor:
+        """The point as a body, which tells how its echo differs from the mean."""
+        return replace(super(DrawnPoint, self).actor(), fluctuation=self.ratio)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

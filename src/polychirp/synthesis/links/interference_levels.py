@@ -166,7 +166,7 @@ def _energy(
     beat -= sent.start_frequency[i] + sent.slope[i] * (low - delay[p] - sent.start_time[i])
     spread = 0.0 if sent.code is None else sent.code.bandwidth
     passed = power[p] * _passed_time(if_filter, beat, rate, high - low, spread=spread)
-    passed *= _mean_power(sent)[i]
+    passed *= mean_power(sent)[i]
     energy = np.bincount(k, weights=passed, minlength=own.num_ramps)
     return np.asarray(energy, dtype=np.float64)
 
@@ -233,7 +233,7 @@ def _summed(values: FloatArray, place: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(place))])
 
 
-def _mean_power(sent: RampSchedule) -> FloatArray:
+def mean_power(sent: RampSchedule) -> FloatArray:
     """Mean power of each ramp's signal over that of one element with weight 1, ``(ramp,)``.
 
     Powers of elements that send together are added, which is exact in the mean over their phases.
@@ -284,8 +284,8 @@ def energy_over_noise(
         inside = _time_in_band(
             on_air[int(sender)], begin - paths.delay[here], end - paths.delay[here], band
         )
-        mean_power = float(np.mean(_mean_power(on_air[int(sender)])))
-        energy += mean_power * float(np.sum(paths.power[here] * inside))
+        sent = float(np.mean(mean_power(on_air[int(sender)])))
+        energy += sent * float(np.sum(paths.power[here] * inside))
     return 1.0 + energy / noise, (high - low) * (end - begin)
 
 
