@@ -229,6 +229,9 @@ class Between:
 
     def checked(self, value: float) -> float:
         """The value itself; raises `InputError` if it lies outside of the bounds."""
+        # whole numbers may be too large for `math.isnan`
+        if isinstance(value, float) and math.isnan(value):
+            raise InputError("is not a number; write one")
         if value > self.greatest:
             raise InputError(f"{_written(value)} is too large; use at most {self.greatest}")
         if not value >= self.least:

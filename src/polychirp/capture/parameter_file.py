@@ -124,6 +124,7 @@ def _values(data: dict[str, Any], *, name: str, problems: Iterable[str] = ()) ->
     values: dict[str, Any] = {}
     found: list[str] = []
     hints = get_type_hints(CaptureParameters, include_extras=True)
+    hints = {one.name: hints[one.name] for one in fields(CaptureParameters)}
     for key, value in data.items():
         try:
             if key not in hints:

@@ -134,6 +134,12 @@ class CaptureParameters(Spec):
                 f"highest_beat: {self.highest_beat * 1e-6:.4g} MHz is more than {what}, "
                 f"{band * 1e-6:.4g} MHz, beyond which beats fold back; lower it"
             )
+        cell = self.sample_rate / self.num_samples
+        if self.highest_beat is not None and self.highest_beat < cell:
+            raise InputError(
+                f"highest_beat: {self.highest_beat * 1e-3:.4g} kHz is less than a range cell, "
+                f"{cell * 1e-3:.4g} kHz; raise it"
+            )
 
     def _check_counts(self) -> None:
         if self.num_samples < 2:

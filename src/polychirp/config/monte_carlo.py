@@ -102,7 +102,7 @@ def refuse_bad_grid(path: Path | str, *, overrides: Iterable[str] = ()) -> None:
         for change in overrides:
             apply_override(data, change)
         table = data.pop(MONTE_CARLO, {})
-        if "trials" not in table:
+        if isinstance(table, dict) and "trials" not in table:
             return
         axes = axes_of_grid(build(MonteCarlo, table, where=lambda place: (MONTE_CARLO, *place)))
         first = [replace(axis, labels=axis.labels[:1], changes=axis.changes[:1]) for axis in axes]

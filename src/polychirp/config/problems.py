@@ -84,7 +84,8 @@ def _below(hint: Any, part: str | int) -> Any:
 
 
 def _keys(hint: Any) -> list[str]:
-    return [f.name for member in _members(hint) if is_dataclass(member) for f in fields(member)]
+    found = [f.name for member in _members(hint) if is_dataclass(member) for f in fields(member)]
+    return [name for name in found if not name.startswith("_")]
 
 
 def _shown(value: object) -> str:

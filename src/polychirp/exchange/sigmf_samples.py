@@ -9,6 +9,7 @@ import numpy as np
 
 from polychirp.capture.sigmf import DATA, META, RAMP_FIELDS, SIGMF_EXTENSION, SIGMF_VERSION
 from polychirp.errors import CapabilityError
+from polychirp.model.if_frame import IfFrame
 from polychirp.study.store.load import StoredRun, StoredVictim
 
 
@@ -59,6 +60,7 @@ def _metadata(victim: StoredVictim, data: bytes) -> dict[str, Any]:
             "polychirp:schedule": {
                 field: getattr(schedule, field).tolist() for field in RAMP_FIELDS
             },
+            **_elements(victim.frame),
         },
         "captures": [
             {"core:sample_start": first[k], "polychirp:start_time": float(times.first[k])}
@@ -74,4 +76,14 @@ def _metadata(victim: StoredVictim, data: bytes) -> dict[str, Any]:
             }
             for k in ramps
         ],
+    }
+
+
+def _elements(frame: IfFrame) -> dict[str, Any]:
+    """Places of the elements, m, and weights of those that transmit, real and imaginary parts."""
+    weight = frame.schedule.transmit_weight
+    return {
+        "polychirp:channel_position": frame.array.position.tolist(),
+        "polychirp:transmit_position": frame.array.transmit_position.tolist(),
+        "polychirp:transmit_weight": {"real": weight.real.tolist(), "imag": weight.imag.tolist()},
     }

@@ -156,9 +156,10 @@ class Study(Spec):
 def tracer_of(study: Study, schedules: Sequence[RampSchedule]) -> AnyTracer:
     """The study's tracer; without a frequency of its own, at that of its radars' ``schedules``.
 
-    This is the mean of their centre frequencies, rounded to a whole GHz, so that drawn ramps of the
-    same band share their paths: powers are then wrong by 0.07 dB at most at 76 GHz. Up to 0.55 GHz
-    are rounded down: radars from 79 to 80 GHz have 79 GHz.
+    This is the mean of their centre frequencies, rounded so that drawn ramps of the same band share
+    their paths: from 50 GHz on to a whole GHz, where powers are then wrong by 0.1 dB at most (0.06
+    dB at 76 GHz), below to a hundredth of the power of ten, 0.1 GHz at 24 GHz (0.05 dB at most).
+    Up to 0.55 of a step is rounded down: radars from 79 to 80 GHz have 79 GHz.
 
     >>> from polychirp.waveform import Sawtooth
     >>> radar = StudyRadar(name="r", vehicle="car", waveform=Sawtooth(start_frequency=76e9))
@@ -170,8 +171,8 @@ def tracer_of(study: Study, schedules: Sequence[RampSchedule]) -> AnyTracer:
     if not isinstance(tracer, AtFrequency) or tracer.frequency is not None or not schedules:
         return tracer
     mean = float(np.mean([np.mean(one.centre_frequency) for one in schedules]))
-    whole = math.floor(mean / 1e9 + 0.45)
-    return replace(tracer, frequency=1e9 * whole if whole else mean)
+    step = 1e9 if mean >= 50e9 else 10.0 ** (math.floor(math.log10(mean)) - 2)
+    return replace(tracer, frequency=round(step * math.floor(mean / step + 0.45), 0))
 
 
 def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:

@@ -125,6 +125,12 @@ def test_the_same_trial_draws_alike_at_every_point(file):
     assert first.slope[0] != second.slope[0]
 
 
+@pytest.mark.parametrize("value", ["200", "nan", "true", "0", "'a'", "[1, 2]"])
+def test_check_refuses_a_table_that_is_none(file, value, capsys):
+    assert main(["check", str(file), "--set", f"monte_carlo={value}"]) == 2
+    assert "monte_carlo: must be a table, not" in capsys.readouterr().err
+
+
 def test_seeds_differ_between_trials_and_studies():
     seeds = {trial_seed(seed, trial) for seed in range(20) for trial in range(200)}
     assert len(seeds) == 4000

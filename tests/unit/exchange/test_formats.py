@@ -120,6 +120,14 @@ def test_the_sigmf_package_reads_the_samples(run, tmp_path):
     found = recording.read_samples(start_index=first, count=count)
     np.testing.assert_allclose(found.T, frame.samples[:, ramp, :count], rtol=1e-6)
     assert captures[ramp]["polychirp:start_time"] == frame.times.first[ramp]
+    told = recording.get_global_info()
+    weight = told["polychirp:transmit_weight"]
+    found = np.array(weight["real"]) + 1j * np.array(weight["imag"])
+    np.testing.assert_array_equal(found, frame.schedule.transmit_weight)
+    np.testing.assert_array_equal(told["polychirp:channel_position"], frame.array.position)
+    np.testing.assert_array_equal(
+        told["polychirp:transmit_position"], frame.array.transmit_position
+    )
 
 
 def test_tables_have_all_digits(run, tmp_path):
