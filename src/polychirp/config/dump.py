@@ -24,11 +24,16 @@ def dump(spec: Any) -> str:
     return "\n".join(_lines(as_tables(spec), prefix=())).strip()
 
 
-def as_tables(spec: Any) -> dict[str, Any]:
-    """A spec as nested dicts and lists of its values as a study file has them, without defaults."""
-    hints = get_type_hints(type(spec), include_extras=True)
+def as_tables(spec: Any, declared: type | None = None) -> dict[str, Any]:
+    """A spec as nested dicts and lists of its values as a study file has them, without defaults.
+
+    Of a spec of a class below ``declared``, such as a point that a trial has drawn, only the fields
+    of ``declared`` are written: files know no others.
+    """
+    declared = declared or type(spec)
+    hints = get_type_hints(declared, include_extras=True)
     tables = {}
-    for field in fields(spec):
+    for field in fields(declared):
         value = getattr(spec, field.name)
         if field.name == "kind" or (value is not None and value != _default(field)):
             tables[field.name] = written(value, hints[field.name], field.name)
@@ -44,7 +49,7 @@ def _default(field: Field[Any]) -> Any:
 def written(value: Any, hint: Any, place: str) -> Any:
     """A value of type ``hint`` as a study file has it; error messages name ``place``."""
     if is_dataclass(value):
-        return as_tables(value)
+        return as_tables(value, hint if is_dataclass(hint) and isinstance(hint, type) else None)
     if get_origin(hint) is Annotated:
         inner, *notes = get_args(hint)
         for note in notes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 from scipy import stats
 
 from polychirp.channel.tracers.free_space import FreeSpace
+from polychirp.config.dump import dump
+from polychirp.config.load import build
 from polychirp.errors import InputError
 from polychirp.study.check import check
 from polychirp.study.random_draw import sample_street
@@ -119,6 +122,17 @@ def test_a_fluctuating_point_is_drawn_once_for_a_trial_whatever_else_there_is():
     assert sample_street(both).street.points[1].rcs == once.street.points[0].rcs
     assert sample_street(both).street.points[0].rcs != once.street.points[0].rcs
     assert once.street.points[0].rcs != 3.0
+
+
+def test_a_drawn_street_is_written_as_a_file_that_can_be_read():
+    """The ratio of the draw to the mean is a trial's own; files know the cross section alone."""
+    post = Point(name="post", x=20.0, y=0.0, z=0.5, rcs=3.0, fluctuation="swerling-3")
+    (drawn,) = sample_street(
+        Study(name="one", street=Street(points=(post,)), radars=())
+    ).street.points
+    assert drawn.actor().fluctuation == pytest.approx(drawn.rcs / 3.0)
+    read = build(Street, tomllib.loads(dump(Street(points=(drawn,)))))
+    assert read.points == (replace(post, rcs=drawn.rcs, fluctuation="steady"),)
 
 
 def test_a_steady_point_is_left_as_it_is():
