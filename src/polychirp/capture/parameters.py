@@ -134,11 +134,11 @@ class CaptureParameters(Spec):
                 f"highest_beat: {self.highest_beat * 1e-6:.4g} MHz is more than {what}, "
                 f"{band * 1e-6:.4g} MHz, beyond which beats fold back; lower it"
             )
-        cell = self.sample_rate / self.num_samples
-        if self.highest_beat is not None and self.highest_beat < cell:
+        half = 0.5 * self.sample_rate / self.num_samples
+        if self.highest_beat is not None and self.highest_beat <= half:
             raise InputError(
-                f"highest_beat: {self.highest_beat * 1e-3:.4g} kHz is less than a range cell, "
-                f"{cell * 1e-3:.4g} kHz; raise it"
+                f"highest_beat: {self.highest_beat * 1e-3:.4g} kHz is not more than half a range "
+                f"cell, {half * 1e-3:.4g} kHz; raise it"
             )
 
     def _check_counts(self) -> None:

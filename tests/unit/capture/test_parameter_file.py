@@ -91,7 +91,7 @@ def test_every_parameter_file_of_the_repository_reads(path: Path):
         ({"ramp_end_time": "30 us"}, "x.toml: ramp_end_time: the converter's last sample comes"),
         ({"adc_start": "-1 us"}, "x.toml: adc_start: cannot be negative"),
         ({"highest_beat": "0 Hz"}, "x.toml: highest_beat: must be positive"),
-        ({"highest_beat": "1 Hz"}, "x.toml: highest_beat: 0.001 kHz is less than a range cell"),
+        ({"highest_beat": "1 Hz"}, "x.toml: highest_beat: 0.001 kHz is not more than half"),
         ({"full_scale": math.nan}, "x.toml: full_scale: is not a number; write one"),
         ({"sampling": "real", "conjugate": True}, "x.toml: conjugate: has no effect"),
         ({"channel_positions": [[0, 0], [1, 0]]}, "x.toml: channel_positions: an array of 1 chan"),

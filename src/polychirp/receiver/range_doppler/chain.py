@@ -64,6 +64,10 @@ SAME_RANGE: Final = CfarWindow(
 """Training cells of the same range as the cell; chosen, as many as are needed for a loss of some
 tenths of a decibel."""
 
+SPARE_CELLS: Final = 3
+"""Number of cells of the map beyond the greatest range. Chosen: the main lobe of the taper is two
+cells wide to either side, so that a point at the limit has its peak and a neighbour in the map."""
+
 FEWEST_RATES: Final = 64
 """Number of range rates of a map below which ridges over them are not looked for. Chosen: a window
 of the same range then has 28 training cells; with few, a target beside the cell is among them."""
@@ -179,6 +183,9 @@ class RangeDoppler(DetectorSettings):
     def spectra(self, frame: IfFrame) -> RangeRateSpectra:
         """Spectra of the frame after mitigation, one for each channel and sweep of the code.
 
+        They reach `SPARE_CELLS` beyond the greatest range, so that points near it have their peaks
+        in the map, and half a cell more for each sweep of the code: by that the Doppler shift of
+        the fastest point that the code tells moves its beat.
         Amplitudes are divided by the mean weight that mitigation leaves to the samples, with the
         tapers of both transforms, so that an echo keeps its power.
         """
@@ -189,7 +196,8 @@ class RangeDoppler(DetectorSettings):
             cleaned = mitigated(self.mitigation, frame)
             share = max(_tapered_mean(cleaned.weight, blocks), 1e-300)
             frame = frame.with_samples(cleaned.samples * cleaned.weight / share)
-        profiles = range_profiles(frame, greatest_range=self.greatest_range)
+        spare = SPARE_CELLS + (blocks.ramps.shape[1] + 1) // 2
+        profiles = range_profiles(frame, greatest_range=self.greatest_range, spare=spare)
         return range_rate_spectra(profiles, frame, blocks)
 
     def detect_in(
@@ -198,7 +206,9 @@ class RangeDoppler(DetectorSettings):
         """Detections, as of `detect`, from the `spectra` of the frame."""
         map_ = spectra.mean_power
         found = self._crossings(map_.power, spectra, frame.schedule)
-        found = found.chosen(is_local_maximum(map_.power, row=found.row, column=found.column))
+        is_peak = is_local_maximum(map_.power, row=found.row, column=found.column)
+        # the last cell has no neighbour that tells whether the peak is in it
+        found = found.chosen(is_peak & (found.column < map_.range.size - 1))
         places = interpolated_peaks(map_, row=found.row, column=found.column)
         blocks = code_blocks(frame.schedule)
         is_point = stands_out(

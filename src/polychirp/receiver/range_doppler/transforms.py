@@ -107,16 +107,16 @@ def middle_frequency(schedule: RampSchedule, times: SampleTimes) -> float:
     return float(schedule.start_frequency[0] + schedule.slope[0] * middle)
 
 
-def range_profiles(frame: IfFrame, *, greatest_range: float) -> RangeProfiles:
+def range_profiles(frame: IfFrame, *, greatest_range: float, spare: int = 0) -> RangeProfiles:
     """Tapered spectrum of every ramp, from range zero to the last cell within ``greatest_range``.
 
-    Phases refer to the middle of the sampling window. The last cell is at most that of the sample
-    rate, beyond which ranges repeat.
+    ``spare`` cells beyond it are added. Phases refer to the middle of the sampling window. The last
+    cell is at most that of the sample rate, beyond which ranges repeat.
     """
     size, rate = frame.times.most_samples, frame.times.rate
     slope = float(frame.schedule.slope[0])
     cell = float(SPEED_OF_LIGHT * rate / (2.0 * abs(slope) * size))
-    num_ranges = min(size, int(greatest_range / cell * (1 + 1e-12)) + 1)
+    num_ranges = min(size, int(greatest_range / cell * (1 + 1e-12)) + 1 + spare)
     bins = np.arange(num_ranges) * (1 if slope > 0 else -1)
     tapered = np.empty(frame.samples.shape, dtype=np.complex64)
     np.multiply(frame.samples, taper(size), out=tapered, casting="same_kind")

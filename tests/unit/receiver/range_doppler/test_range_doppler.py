@@ -3,6 +3,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, InputError
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import IfFrame, SampleTimes
@@ -126,11 +127,39 @@ def test_a_peak_at_the_edge_of_the_range_axis_stays_there(column: int):
     np.testing.assert_allclose([rate[0], distance[0], peak[0]], [2.0, column, 9.0])
 
 
+@pytest.mark.parametrize(
+    ("nearest", "farthest", "is_within"),
+    [(28.5, 29.5, True), (29.77, 29.98, True), (30.02, 32.0, False)],
+)
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_the_greatest_range_is_no_mirror(nearest, farthest, is_within, way):
+    """Points before it are found where they are, closing or receding; those beyond are not."""
+    random = np.random.default_rng(3)
+    blank = frame(num_ramps=64, num_channels=1)
+    times = SampleTimes(
+        first=blank.schedule.start_time + 5e-6, num_samples=np.full(64, 320), rate=10e6
+    )
+    late = times.time - blank.schedule.start_time[:, None]
+    middle = 0.5 * (blank.schedule.start_time[0] + blank.schedule.end_time[-1])
+    for _ in range(20):
+        place, rate = random.uniform(nearest, farthest), way * random.uniform(3.0, 15.0)
+        delay = 2 * (place + rate * (times.time - middle)) / SPEED_OF_LIGHT
+        samples = np.exp(2j * np.pi * (77e9 + 10e12 * (late - 0.5 * delay)) * delay)
+        noise = random.normal(scale=0.3, size=(2, *samples.shape))
+        found = RangeDoppler(greatest_range=30.0).detect(
+            replace(blank, samples=(samples + noise[0] + 1j * noise[1])[None], times=times)
+        )
+        assert found.num_detections == is_within
+        if is_within:
+            assert found.range[0] == pytest.approx(place, abs=0.02)
+
+
 def test_one_channel_has_no_azimuth():
     silent = frame(num_ramps=32, num_channels=1)
     random = np.random.default_rng(1)
-    samples = 10 + random.normal(size=silent.samples.shape)
-    # a still point at zero range, on a map of 32 × 16 cells
+    tone = 10 * np.exp(2j * np.pi * 3 * np.arange(16) / 16)
+    samples = tone + random.normal(size=silent.samples.shape)
+    # a still point at the fourth of 16 ranges, on a map of 32 range rates
     receiver = RangeDoppler(least_range=1e-3, false_alarm_probability=1e-4)
     window = replace(receiver.training(silent.schedule), guard=(2, 2), training=(4, 4))
     receiver = replace(receiver, window=window)
