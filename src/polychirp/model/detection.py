@@ -25,7 +25,9 @@ class Detections:
         single one, which measure none
     elevation : rad, positive up; NaN, as by default, if all channels are at one height
     power : W at the converter, squared amplitude of the detection in one channel
-    snr : ratio of the detection statistic to its local floor
+    snr : ratio of the detection statistic to its local floor. The statistic is that of each
+        receiver: of `coherent` the coherent SNR over all channels, of receivers by transforms the
+        mean power of the channels in the cell, noise included, which does not grow with the array
     num_points : number of points of each object; 1 by default
     length, width, range_rate_span : extent of each object along range, m, across, m, and in range
         rate, m/s; 0 by default

@@ -132,8 +132,9 @@ def mean_count(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estima
     Garwood's interval (Biometrika 28 (1936) 437) of a Poisson number, for the total divided by the
     counts' dispersion (variance over mean) and multiplied by :math:`(z/t_{n-1})^2`. The variance is
     taken as at least :math:`1 - (\alpha/2)^{1/n}`: if counts differed in this share of the trials,
-    n equal counts would occur with the probability α/2. A single trial and counts
-    that are all zero are not scaled.
+    n equal counts would occur with the probability α/2; but not above the mean, so that few single
+    events have the interval of a Poisson number. A single trial and counts that are all zero are
+    not scaled.
 
     >>> found = mean_count(np.zeros(100))
     >>> found.value, round(found.high, 3)
@@ -146,7 +147,7 @@ def mean_count(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estima
     if number > 1 and mean > 0:
         least = 1 - tail ** (1 / number)
         z = NormalDist().inv_cdf(1 - tail)
-        dispersion = max(float(counts.var(ddof=1)), least) / mean
+        dispersion = max(float(counts.var(ddof=1)), min(least, mean)) / mean
         draws *= (z / _student(level, number - 1)) ** 2 / dispersion
     low, high = _garwood(mean * draws, tail)
     return Estimate(value=mean, low=low / draws, high=high / draws)
