@@ -240,8 +240,8 @@ Every frame is a Zarr group, `frame-NUMBER.zarr`, of these arrays:
 {rows}
 
 Samples are complex64; `interfered` is `clean` plus `interference`, and `clean` is `noise_free` plus
-noise and leakage. Where a converter clips, `clean` keeps what the interference changes in it, and is
-no target to train for. All frames are simulated: none is recorded. Frames are drawn independently, so
+noise and leakage. Where a converter clips, `clean` keeps what interference changes in it, and is no
+target to train for. All frames are simulated: none is recorded. Frames are drawn independently, so
 that any split by numbers separates training from tests. The targets of studies, roads and streets
 are their bodies, seen from the radar; those of tu-delft, arim and toth are all drawn points, also
 those below the noise.
