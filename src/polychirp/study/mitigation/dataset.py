@@ -171,7 +171,8 @@ def frame_arrays(plan: DatasetPlan, number: int) -> dict[str, NDArray[Any]]:
     if isinstance(plan.source, str):
         return _preset_arrays(plan.source, Streams(seed).of("dataset", plan.source), number)
     one = frame_of_study(replace(plan.source, seed=seed))
-    return _samples(one.frame, one.parts) | _truth(one)
+    clean = {"clean": one.clean.astype(np.complex64)}
+    return _samples(one.frame, one.parts) | clean | _truth(one)
 
 
 def _truth(one: StudyFrame) -> dict[str, NDArray[Any]]:
@@ -240,8 +241,8 @@ Every frame is a Zarr group, `frame-NUMBER.zarr`, of these arrays:
 {rows}
 
 Samples are complex64; `interfered` is `clean` plus `interference`, and `clean` is `noise_free` plus
-noise and leakage. Where a converter clips, `clean` keeps what interference changes in it, and is no
-target to train for. All frames are simulated: none is recorded. Frames are drawn independently, so
+noise and leakage. With a digitiser, both are what it reads: `clean` without other radars. All
+frames are simulated: none is recorded. Frames are drawn independently, so
 that any split by numbers separates training from tests. The targets of studies, roads and streets
 are their bodies, seen from the radar; those of tu-delft, arim and toth are all drawn points, also
 those below the noise.

@@ -10,6 +10,7 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from polychirp.axes import ComplexArray
 from polychirp.channel.scene.ground_truth import truth
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.frames import Pose
@@ -32,6 +33,7 @@ from polychirp.study.spec import (
     victim_indices,
 )
 from polychirp.study.trial import paths_at, trace_frame
+from polychirp.synthesis.impairments.front_end import undisturbed
 from polychirp.synthesis.impairments.oscillator_errors import Oscillating
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
@@ -186,7 +188,8 @@ def road_radar(
 class StudyFrame(NamedTuple):
     """A frame of a study with its parts, the truth in its middle, and the paths to its radar.
 
-    ``others`` are the schedules of the other radars by their number.
+    ``others`` are the schedules of the other radars by their number. ``clean`` are the samples
+    without them, V ``(channel, ramp, fast)``, with the digitiser's errors that they would have.
     """
 
     frame: IfFrame
@@ -194,6 +197,7 @@ class StudyFrame(NamedTuple):
     truth: Truth
     paths: PropagationPaths
     others: dict[int, RampSchedule]
+    clean: ComplexArray
 
 
 def frame_of_study(study: Study, *, victim: int | None = None) -> StudyFrame:
@@ -232,4 +236,8 @@ def frame_of_study(study: Study, *, victim: int | None = None) -> StudyFrame:
     )
     paths = paths_at(middle, snapshots)
     others = {n: one for n, one in enumerate(schedules) if n != number}
-    return StudyFrame(frame, parts, true, paths.select(paths.receiver == number), others)
+    radar = scene.radars[number]
+    clean = frame.samples - parts.interference
+    if radar.front_end.digitiser is not None:
+        clean = undisturbed(radar, parts, frame.times)
+    return StudyFrame(frame, parts, true, paths.select(paths.receiver == number), others, clean)

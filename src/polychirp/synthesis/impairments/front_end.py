@@ -56,6 +56,18 @@ def reading(radar: Radar, parts: IfParts, times: SampleTimes) -> Digitised:
     return digitised(digitiser, linear / sample_scale(radar) + _offset(radar, times))
 
 
+def undisturbed(radar: Radar, parts: IfParts, times: SampleTimes) -> ComplexArray:
+    """Samples that a frame would have without other radars, V ``(channel, ramp, fast)``.
+
+    A digitiser reads the other parts again, since it may clip, or choose another gain, because of
+    the interference.
+    """
+    others = ("direct", "indirect", "distortion")
+    scale = sample_scale(radar)
+    linear = parts.total(*(part for part in parts.names if part not in others)) / scale
+    return np.asarray(scale * (linear + distortion(radar, linear, times)))
+
+
 def _offset(radar: Radar, times: SampleTimes) -> ComplexArray:
     """Constant voltage that is added to the samples, V ``(ramp, fast)``."""
     offset = radar.front_end.offset
