@@ -206,18 +206,13 @@ def _process(
     recording: Recording, receiver: RangeDoppler, number: int, folder: Path
 ) -> dict[str, Any]:
     """Detect in one frame, write its picture and its map, and return its entry of the results."""
-    import numpy as np
-
     from polychirp.report.figures.range_rate import range_rate_picture
 
     frame: IfFrame = recording.frame(number)
     spectra = receiver.spectra(frame)
     map_ = spectra.mean_power
     found = receiver.detect_in(spectra, frame)
-    num_near = np.count_nonzero(
-        (map_.range >= receiver.least_range) & (map_.range <= receiver.greatest_range)
-    )
-    expected = receiver.false_alarm_probability * num_near * map_.range_rate.size
+    expected = receiver.false_alarm_probability * receiver.num_cells(map_)
     drawing = range_rate_picture(
         map_,
         found,

@@ -24,14 +24,13 @@ from polychirp.study.limits.receivers import (
     long_guards,
     open_speeds,
 )
-from polychirp.study.limits.size import refuse_too_large
+from polychirp.study.limits.size import SAMPLE_BYTES, refuse_too_large
 from polychirp.study.limits.targets import targets_out_of_reach, targets_without_echo
 from polychirp.study.random_draw import sample_street
 from polychirp.study.spec import Study, refresh_times, schedules_of, target_names, victim_indices
 from polychirp.synthesis.impairments.high_pass import refuse_unfollowed
 
-# a complex128 sample; the sources of the times are in `Derived.cost`
-_BYTES_OF_A_SAMPLE = 16
+# the sources of the times are in `Derived.cost`
 _SECONDS_TO_BEGIN = 2.0
 _SECONDS_OF_KERNELS = 5.0
 _SECONDS_OF_A_VEHICLE = 1.0
@@ -176,7 +175,7 @@ def _derived(
         + _preparation(study)
         + _SECONDS_OF_A_TRACE * times.size * len(radars) ** 2
         + sum(
-            _SECONDS_OF_A_SAMPLE * victim.memory / _BYTES_OF_A_SAMPLE + _SECONDS_OF_A_RECEIVER
+            _SECONDS_OF_A_SAMPLE * victim.memory / SAMPLE_BYTES + _SECONDS_OF_A_RECEIVER
             for victim in victims
         ),
     )

@@ -200,6 +200,11 @@ class RangeDoppler(DetectorSettings):
         profiles = range_profiles(frame, greatest_range=self.greatest_range, spare=spare)
         return range_rate_spectra(profiles, frame, blocks)
 
+    def num_cells(self, map_: RangeRateMap) -> int:
+        """Number of cells of a map within the receiver's limits of range."""
+        is_near = (map_.range >= self.least_range) & (map_.range <= self.greatest_range)
+        return map_.range_rate.size * int(np.count_nonzero(is_near))
+
     def detect_in(
         self, spectra: RangeRateSpectra, frame: IfFrame, *, weight: FloatArray | None = None
     ) -> Detections:

@@ -20,7 +20,7 @@ from polychirp.study.spec import Study, StudyRadar, victim_indices
 MOST_MEMORY: Final = 32 << 30
 """Greatest memory, bytes, of one victim's frame and receiver, and of all frames; chosen."""
 
-_SAMPLE: Final = 16
+SAMPLE_BYTES: Final = 16
 """Size of a complex sample, bytes."""
 
 _SPECTRA: Final = 10
@@ -90,18 +90,18 @@ def _parts(receiver: AnyReceiver, radar: StudyRadar, schedule: RampSchedule) -> 
         return {**frame, "map": map_memory(receiver, schedule, radar)}
     if isinstance(receiver, PaperReceiver):
         lines = float(radar.array.num_channels) * elements * schedule.num_ramps
-        return {**frame, "spectra": 2.0 * lines * PADDING * spectrum_size(times) * _SAMPLE}
+        return {**frame, "spectra": 2.0 * lines * PADDING * spectrum_size(times) * SAMPLE_BYTES}
     return frame
 
 
 def frame_memory(times: SampleTimes, radar: StudyRadar) -> float:
     """Bytes of a frame's samples, of their parts and of their spectra."""
-    return float(frame_bytes(times, radar)) + float(_padded(times, radar)) * _SPECTRA * _SAMPLE
+    return float(frame_bytes(times, radar)) + float(_padded(times, radar)) * _SPECTRA * SAMPLE_BYTES
 
 
 def frame_bytes(times: SampleTimes, radar: StudyRadar) -> int:
     """Bytes of a frame's samples and of its parts; all ramps are padded to the longest."""
-    return _padded(times, radar) * (1 + len(parts_of(radar))) * _SAMPLE
+    return _padded(times, radar) * (1 + len(parts_of(radar))) * SAMPLE_BYTES
 
 
 def _padded(times: SampleTimes, radar: StudyRadar) -> int:
@@ -116,8 +116,8 @@ def map_memory(receiver: CoherentReceiver, schedule: RampSchedule, radar: StudyR
     ranges = 2.0 * (receiver.greatest_range - receiver.least_range) / cell
     rates = 8.0 * receiver.greatest_speed * span / wavelength
     channels = radar.array.num_channels * schedule.num_elements
-    return rates * (ranges * _CELL + 4.0 * _SAMPLE * schedule.num_ramps) + (
-        4.0 * ranges * channels * schedule.num_ramps * _SAMPLE
+    return rates * (ranges * _CELL + 4.0 * SAMPLE_BYTES * schedule.num_ramps) + (
+        4.0 * ranges * channels * schedule.num_ramps * SAMPLE_BYTES
     )
 
 

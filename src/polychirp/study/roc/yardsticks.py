@@ -97,9 +97,7 @@ def num_cells(receiver: FrameReceiver, frame: IfFrame) -> float:
             expected = receiver.expected_false_detections(frame)
             return float(expected / receiver.false_alarm_probability)
         case RangeDoppler():
-            map_ = receiver.spectra(frame).mean_power
-            is_near = (map_.range >= receiver.least_range) & (map_.range <= receiver.greatest_range)
-            return float(map_.range_rate.size * np.count_nonzero(is_near))
+            return float(receiver.num_cells(receiver.spectra(frame).mean_power))
         case MfskReceiver():
             return _num_beats_within(receiver, Staircase.of(frame.schedule))
     cell = resolution(frame.schedule)
