@@ -1,5 +1,7 @@
 """Extended bodies from their echoes to the score: found at any visible part, but not by a ghost."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 
@@ -12,10 +14,13 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.rng import Streams
-from polychirp.study.trial import receive_and_score, trace_frame
+from polychirp.study.spec import Study, StudyRadar
+from polychirp.study.trial import receive_and_score, run_trial, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.shapes import box, mesh_of
+from polychirp.traffic.fittings import Fittings
+from polychirp.traffic.street import Street, Vehicle
 from polychirp.units import from_db
 from polychirp.waveform import Sawtooth
 
@@ -52,7 +57,9 @@ def car(draw: np.random.Generator, *points: tuple[float, float]) -> Actor:
     )
 
 
-def scored(seed: int, *actors: Actor, interferer: Actor | None = None):
+def scored(
+    seed: int, *actors: Actor, interferer: Actor | None = None, waveform: Sawtooth = WAVEFORM
+):
     """Score of a radar at the origin, with the interferer's radar, if there is one."""
     carrier = Actor(name="ego", kind="vehicle")
     others = () if interferer is None else (interferer,)
@@ -63,7 +70,7 @@ def scored(seed: int, *actors: Actor, interferer: Actor | None = None):
         radars=tuple(radar(name) for name in names),
         carriers=tuple(range(len(names))),
     )
-    schedules = [WAVEFORM.schedule(num_sweeps=96, streams=Streams(seed).of(n)) for n in names]
+    schedules = [waveform.schedule(num_sweeps=96, streams=Streams(seed).of(n)) for n in names]
     paths = trace_frame(FreeSpace(), scene, schedules, refresh_interval=1e-3)
     frame, parts = synthesize(
         Stretch(),
@@ -136,3 +143,56 @@ def test_a_ghost_on_a_car_that_reflects_nothing_does_not_find_it():
         assert result.detections.range[ghost] == pytest.approx(np.linalg.norm(point), abs=0.3)
         assert not result.score.is_detected.any()
         assert "target" not in result.score.nature
+
+
+@pytest.mark.parametrize("direction", ["up", "down"])
+@pytest.mark.parametrize("bandwidth", [500e6, 150e6])
+def test_an_echo_with_a_folded_range_rate_is_known(bandwidth, direction):
+    """8 drawn cars, one to three spans faster than the chirps tell apart; one span is 56 m/s.
+
+    With 150 MHz each span moves the range by 0.7 m, and the margin is 1 m: two spans are told from
+    an echo that is not folded by their range alone.
+    """
+    waveform = replace(WAVEFORM, bandwidth=bandwidth, direction=direction)
+    span = SPEED_OF_LIGHT / (76.5e9 + 0.5 * bandwidth) / (2.0 * 35e-6)
+    for seed in range(8):
+        draw = np.random.default_rng([31, seed])
+        folds = (-3, -2, -1, 1, 2, 3)[seed % 6]
+        speed = float(folds + draw.uniform(-0.4, 0.4)) * span
+        body = replace(car(draw, (-SIZE[0] / 2, -SIZE[1] / 2)), velocity=(speed, 0.0, 0.0))
+        result = scored(seed, body, waveform=waveform)
+        assert result.score.nature == ("folded",)
+        assert result.score.body == ("car",)
+        assert not result.score.is_detected[0]
+        assert result.score.ghosts == ()
+        assert result.score.other_echoes == (0,)
+
+
+def test_waves_that_a_car_reflects_between_its_own_parts_are_echoes_of_it():
+    """10 drawn cars, ray-traced without a road: whatever is detected is the car.
+
+    Double and triple reflections in its lamps and rims are its brightest echoes. Noise makes a
+    detection that nothing explains now and then.
+    """
+    front = {field.name: getattr(radar("front"), field.name) for field in fields(Radar)}
+    front |= {"mount": Pose(x=2.4, z=0.6), "vehicle": "ego", "waveform": WAVEFORM}
+    for seed in range(10):
+        draw = np.random.default_rng([41, seed])
+        vehicle = Vehicle(
+            name="car",
+            x=draw.uniform(10.0, 20.0),
+            y=draw.uniform(-3.0, 3.0),
+            heading=draw.uniform(-np.pi, np.pi),
+            fittings=Fittings(),
+        )
+        study = Study(
+            name="lamps",
+            seed=seed + 1,
+            num_sweeps=128,
+            street=Street(vehicles=(Vehicle(name="ego", x=0.0, y=0.0), vehicle)),
+            radars=(StudyRadar(**front),),
+        )
+        score = run_trial(study).victims[0].score
+        assert score.is_detected.tolist() == [True]
+        assert "target" in score.nature
+        assert set(score.nature) <= {"target", "body", "unexplained"}

@@ -236,7 +236,7 @@ def test_paths_leave_for_their_first_bounce_and_come_from_their_last():
         way /= np.linalg.norm(way, axis=-1, keepdims=True)
         np.testing.assert_allclose(way, direction, atol=1e-9)
     assert np.all(np.min(np.abs(point[..., [0, 2]]), axis=-1) < 1e-12)
-    assert np.all(paths.is_mirrored)
+    assert not np.any(paths.is_mirrored)  # one body has both
 
 
 def test_there_and_back_are_transposed():

@@ -285,6 +285,7 @@ def many_paths(random, transmitter, *, longest, fastest, count=300):
             gain=gain[p],
             arrival=(float(np.cos(azimuth[p])), float(np.sin(azimuth[p])), 0.0),
             bounces=((), (Bounce.SCATTERING,), (Bounce.REFLECTION, Bounce.SCATTERING))[p % 3],
+            actors=((), (0,), (1, 0))[p % 3],
         )
         for p in range(count)
     ]

@@ -30,6 +30,7 @@ SYMBOLS: Final[Mapping[str, str]] = {
     "direct": "x",
     "indirect": "cross",
     "front-end": "triangle-down",
+    "folded": "square-open-dot",
     "unexplained": "diamond",
 }
 """Plotly's symbols of the causes of detections."""

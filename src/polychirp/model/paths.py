@@ -153,18 +153,28 @@ class PropagationPaths:
 
         Paths that are diffracted or pass through thin sheets are included.
         """
-        onwards = np.isin(self.bounce_kind, (Bounce.DIFFRACTION, Bounce.TRANSMISSION))
-        return np.asarray(self._count(~onwards) == 0)
+        return np.asarray(self._count(~self._is_passed) == 0)
 
     @property
     def is_mirrored(self) -> BoolArray:
         """Mask of the paths that a surface reflects on the way to or from a body, ``(path,)``.
 
-        The echo of a plate alone is a single reflection and is not mirrored: its range is that of
-        the plate.
+        They are reflected or scattered by two actors at least, of which a trailer is one. The echo
+        of a plate alone is not mirrored, nor is a wave that one body reflects between its own
+        parts, as in a lamp or in the corner of a house: its range is that of the body.
         """
-        met = self._count(self.bounce_kind == Bounce.REFLECTION) > 0
-        return np.asarray(met & (self.num_bounces > 1))
+        sends = ~self._is_passed
+        path = np.repeat(np.arange(self.num_paths), self.num_bounces)[sends]
+        actor = self.bounce_actor[sends]
+        goes_on = (path[1:] == path[:-1]) & (actor[1:] != actor[:-1])
+        out = np.zeros(self.num_paths, dtype=np.bool_)
+        out[path[1:][goes_on]] = True
+        return out
+
+    @property
+    def _is_passed(self) -> BoolArray:
+        """Mask of the bounces that a wave passes, at an edge or through a sheet, ``(bounce,)``."""
+        return np.isin(self.bounce_kind, (Bounce.DIFFRACTION, Bounce.TRANSMISSION))
 
     def _count(self, bounces: BoolArray) -> IntArray:
         """Number of bounces of every path, ``(path,)``, that are in the mask ``(bounce,)``."""

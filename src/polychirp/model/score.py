@@ -30,8 +30,9 @@ class Score:
     num_points : number of detections on every target, ``(target,)``
     length, width, range_rate_span : extent of these detections along range, m, across, m, and in
         range rate, m/s, ``(target,)`` (`Extent`); zero where ``is_detected`` is false
-    nature : nature of every detection: "target", "body" (an echo of another body), "clutter", or
-        the kind of ghost: "multipath", "direct", "indirect", "front-end", "unexplained"
+    nature : nature of every detection: "target", "body" (an echo of another body), "clutter",
+        "folded" (an echo with another range rate, `scoring.causes`), or the kind of ghost:
+        "multipath", "direct", "indirect", "front-end", "unexplained"
     body : name of the body whose echo every detection is; None for ghosts
     radar : name of the radar whose signal causes each "direct" or "indirect" detection; None for
         all others, and, as by default, if it was not determined
@@ -79,7 +80,9 @@ class Score:
     @property
     def other_echoes(self) -> tuple[int, ...]:
         """Numbers of the detections that are echoes of other bodies or clutter."""
-        return tuple(n for n, what in enumerate(self.nature) if what in ("body", "clutter"))
+        return tuple(
+            n for n, what in enumerate(self.nature) if what in ("body", "clutter", "folded")
+        )
 
     @property
     def ghosts(self) -> tuple[int, ...]:

@@ -1,5 +1,6 @@
 """The cause of every detection: a target, another body, clutter, or one of several ghosts."""
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final
@@ -44,13 +45,15 @@ class Nature(Enum):
     """Another radar's signal that a body reflects."""
     FRONT_END = "front-end"
     """Caused in the radar itself: leakage, a bumper, clipping, quantisation, an offset."""
+    FOLDED = "folded"
+    """An own echo beyond the range rates that the receiver tells apart: it has another one."""
     UNEXPLAINED = "unexplained"
     """None of the other causes: noise, or an error of the processing."""
 
     @property
     def is_ghost(self) -> bool:
         """True if no body is at the place of the detection."""
-        return self not in (Nature.TARGET, Nature.BODY, Nature.CLUTTER)
+        return self not in (Nature.TARGET, Nature.BODY, Nature.CLUTTER, Nature.FOLDED)
 
 
 MADE_BY_RADARS: Final = (Nature.DIRECT.value, Nature.INDIRECT.value, Nature.FRONT_END.value)
@@ -68,6 +71,10 @@ MIRROR_RATIO: Final = 9.0
 """Ratio of powers, multipath to echo, above which a detection is multipath. A road adds to the echo
 one wave that it reflects on the way out, one on the way back and one on both; if it reflects all,
 their sum has at most three times the echo's amplitude."""
+
+FEWEST_MARGINS: Final = 4.0
+"""Span of range rates, in margins of a detection, above which an echo may be called folded. Chosen:
+within a span of two margins, every detection would be a folded echo of whatever has its range."""
 
 HIDING_RATIO: Final = 10.0
 """Ratio of powers, echo of another body to that of a target within the margins of a detection,
@@ -112,7 +119,8 @@ def causes(
        power. If there is none, paths in all directions count: those of two echoes in one cell, and
        those far beside the axis, are measured with large errors.
     4. An own signal without such a path is **multipath** if a mirrored path is within the margins
-       of range and range rate, and else unexplained.
+       of range and range rate. It is **folded** if a path without mirrors is, once some spans are
+       subtracted from its range rate, and else unexplained.
 
     Parameters
     ----------
@@ -132,6 +140,7 @@ def causes(
     is_on_target = _nearest_of(may_be, apart, pairs)
     is_mirrored = np.any(at_range & echoes.is_mirrored[:, None], axis=0)
     by_body = np.where(np.any(by_body > 0, axis=0), by_body, power_by_body(echoes, at_range))
+    folded = power_by_body(echoes, _near_folded(detections, echoes, gate))
 
     def cause(n: int) -> tuple[Nature, str | None]:
         if np.any(is_on_target[:, n]):
@@ -139,13 +148,10 @@ def causes(
         if is_echo[n] and np.any(by_body[:, n] > 0):
             actor = int(np.argmax(by_body[:, n]))
             return Nature.CLUTTER if echoes.is_clutter[actor] else Nature.BODY, echoes.body[actor]
-        if signal[n] == "interference":
-            is_direct = part["direct"][n] >= part["indirect"][n]
-            return Nature.DIRECT if is_direct else Nature.INDIRECT, None
-        if signal[n] == "front end":
-            return Nature.FRONT_END, None
-        is_multipath = signal[n] == "own" and is_mirrored[n]
-        return Nature.MULTIPATH if is_multipath else Nature.UNEXPLAINED, None
+        if signal[n] == "own" and not is_mirrored[n] and np.any(folded[:, n] > 0):
+            return Nature.FOLDED, echoes.body[int(np.argmax(folded[:, n]))]
+        is_direct = part["direct"][n] >= part["indirect"][n]
+        return _ghost(signal[n], is_direct=is_direct, is_mirrored=is_mirrored[n]), None
 
     every = [cause(n) for n in range(detections.num_detections)]
     return Causes(
@@ -154,6 +160,15 @@ def causes(
         is_on_target=is_on_target,
         association=pairs,
     )
+
+
+def _ghost(signal: str, *, is_direct: bool, is_mirrored: bool) -> Nature:
+    """Nature of a detection where no body is, by the key of `_PARTS_OF` of its signal."""
+    if signal == "interference":
+        return Nature.DIRECT if is_direct else Nature.INDIRECT
+    if signal == "front end":
+        return Nature.FRONT_END
+    return Nature.MULTIPATH if signal == "own" and is_mirrored else Nature.UNEXPLAINED
 
 
 def _near(detections: Detections, echoes: Echoes, gate: Gate) -> tuple[BoolArray, BoolArray]:
@@ -168,6 +183,22 @@ def _near(detections: Detections, echoes: Echoes, gate: Gate) -> tuple[BoolArray
         distances(detections, *place, echoes.azimuth, echoes.elevation, gate) <= 1.0,
         distances(detections, *place, anywhere, anywhere, gate) <= 1.0,
     )
+
+
+def _near_folded(detections: Detections, echoes: Echoes, gate: Gate) -> BoolArray:
+    """Mask of the folded paths within the margins of detections, ``(path, detection)``.
+
+    The margins are those of range and range rate.
+    """
+    span, shift = echoes.folds
+    if not FEWEST_MARGINS * gate.range_rate < span < math.inf:
+        return np.zeros((echoes.range.size, detections.num_detections), dtype=np.bool_)
+    folds = np.rint((echoes.range_rate[:, None] - detections.range_rate) / span)
+    rate = echoes.range_rate[:, None] - folds * span
+    place = echoes.range[:, None] + folds * shift
+    is_near = np.abs(rate - detections.range_rate) <= gate.range_rate
+    is_near &= np.abs(place - detections.range) <= gate.range
+    return np.asarray(is_near & (folds != 0.0))
 
 
 def _strongest_signal(part: dict[str, FloatArray]) -> NDArray[np.str_]:

@@ -1,8 +1,9 @@
 """`Echoes`: the own paths of a radar as its receiver sees them, with the body that each is of."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,25 @@ CLUTTER: Final = ("road", "building", "tree", "furniture")
 """Kinds of actors whose echoes are clutter."""
 
 
+class Folds(NamedTuple):
+    r"""How a receiver of equal ramps reports echoes beyond the range rates that it tells apart.
+
+    It subtracts a number n of spans from the range rate, and with the beat of a ramp of the slope μ
+    at the frequency f,
+
+    .. math:: f_b = \tfrac2c\,(\mu R + f \dot R),
+
+    it adds n times ``shift`` to the range, if S is the span:
+
+    .. math:: \Delta R = f S / \mu
+
+    Both are in m/s and m. Without a finite span, nothing is folded.
+    """
+
+    span: float = math.inf
+    shift: float = 0.0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Echoes(Sealed):
     """Own paths of a radar as a receiver sees them.
@@ -32,6 +52,7 @@ class Echoes(Sealed):
     range, range_rate, azimuth, elevation : m, m/s, rad, rad, ``(path,)``
     power : received over transmitted power with the elements' gains, ``(path,)``
     is_mirrored : ``(path,)``; true for multipath (`PropagationPaths.is_mirrored`)
+    folds : how the receiver reports range rates beyond those that it tells apart
     """
 
     body: tuple[str, ...]
@@ -43,6 +64,7 @@ class Echoes(Sealed):
     elevation: PerPath
     power: PerPath
     is_mirrored: Annotated[BoolArray, Axes("path", dtype=np.bool_)]
+    folds: Folds = Folds()  # noqa: RUF009  a constant
 
 
 def echoes_of(paths: PropagationPaths, scene: Scene, radar: int) -> Echoes:

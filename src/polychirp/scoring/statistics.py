@@ -6,9 +6,9 @@ trial, ``(trial,)``, and are deterministic.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import NormalDist
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 
@@ -39,6 +39,15 @@ class Estimate:
     def half_width(self) -> float:
         """Half of the distance between the limits."""
         return 0.5 * (self.high - self.low)
+
+    def within(self, least: float, greatest: float) -> Self:
+        """The same value, with the limits moved to where the true value can be.
+
+        >>> Estimate(value=0.5, low=-4.1, high=3.6).within(-1.0, 1.0)
+        Estimate(value=0.5, low=-1.0, high=1.0)
+        """
+        low, high = np.clip([self.low, self.high], least, greatest).tolist()
+        return replace(self, low=low, high=high)
 
 
 UNKNOWN_ESTIMATE: Final = Estimate(value=math.nan, low=math.nan, high=math.nan)

@@ -10,8 +10,13 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.decoding.chain import Decoding
+from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.subframes import unambiguous_span
 from polychirp.receiver.selection import AnyReceiver, receiver_for
+from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.scoring.association import Gate
+from polychirp.scoring.echoes import Folds
 from polychirp.study.random_draw import sample_street
 from polychirp.study.spec import Study, schedules_of, victim_indices
 
@@ -33,6 +38,23 @@ def gate_for(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray)
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     cell = wavelength / (2.0 * float(np.min(schedule.duration)))
     return replace(gate, range_rate=max(gate.range_rate, cell))
+
+
+def folds_of(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray) -> Folds:
+    """How echoes appear whose range rate is beyond the span that a receiver of chirps tells apart.
+
+    Other receivers search to a greatest speed, and fold nothing within it.
+    """
+    receiver = receiver_for(receiver, schedule)
+    if isinstance(receiver, Decoding):
+        receiver = receiver.reader()
+    if not isinstance(receiver, RangeDoppler):
+        return Folds()
+    is_told = receiver.tells_folds_apart(schedule, array)
+    length = 1 if is_told else len(code_blocks(schedule).weight)
+    span = unambiguous_span(schedule, code_length=length)
+    per_rate = float(schedule.centre_frequency[0] / schedule.slope[0])
+    return Folds(span=span, shift=span * per_rate)
 
 
 def gates_of(study: Study) -> dict[str, Gate]:

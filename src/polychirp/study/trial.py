@@ -48,7 +48,7 @@ from polychirp.study.frame_loop import last_frame
 from polychirp.study.ghost_radars import Interference, radars_of_ghosts
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.limits.size import refuse_too_large
-from polychirp.study.margins import gate_for
+from polychirp.study.margins import folds_of, gate_for
 from polychirp.study.random_draw import sample_street
 from polychirp.study.recent_results import RecentResults, recalled
 from polychirp.study.spec import (
@@ -351,11 +351,13 @@ def receive_and_score(
         targets=targets,
         frame=received,
     )
+    echoes = echoes_during(received.schedule, found.time, scene, snapshots, victim=victim)
+    folds = folds_of(receiver, received.schedule, received.array)
     score = compare(
         found,
         true,
         powers=powers,
-        echoes=echoes_during(received.schedule, found.time, scene, snapshots, victim=victim),
+        echoes=replace(echoes, folds=folds),
         floor_rise=floor_rise(receiver, frame, parts),
         before=before,
         after=after,

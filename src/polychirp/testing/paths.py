@@ -12,7 +12,8 @@ from polychirp.model.paths import Bounce, PropagationPaths
 class HandPath:
     """One path of `PropagationPaths`; its transfer matrix is ``gain`` times the unit matrix.
 
-    ``drift`` is the `transfer_drift`; rates are per second.
+    ``drift`` is the `transfer_drift`; rates are per second. ``actors`` are those of the bounces; if
+    empty, actor 0 has them all.
     """
 
     delay: float
@@ -27,6 +28,7 @@ class HandPath:
     departure_rate: tuple[float, float, float] = (0.0, 0.0, 0.0)
     arrival_rate: tuple[float, float, float] = (0.0, 0.0, 0.0)
     bounces: tuple[Bounce, ...] = ()
+    actors: tuple[int, ...] = ()
 
 
 def paths_of(
@@ -38,6 +40,7 @@ def paths_of(
     array([1])
     """
     kinds = [kind for path in paths for kind in path.bounces]
+    actors = [actor for path in paths for actor in path.actors or (0,) * len(path.bounces)]
     return PropagationPaths(
         reference_time=reference_time,
         frequency=frequency,
@@ -49,7 +52,7 @@ def paths_of(
         departure=np.array([path.departure for path in paths]).reshape(-1, 3),
         arrival=np.array([path.arrival for path in paths]).reshape(-1, 3),
         bounce_start=np.cumsum([0, *(len(path.bounces) for path in paths)]),
-        bounce_actor=np.zeros(len(kinds), dtype=np.int64),
+        bounce_actor=np.array(actors, dtype=np.int64),
         bounce_kind=np.array(kinds, dtype=np.int64),
         bounce_point=np.zeros((len(kinds), 3)),
         delay_acceleration=np.array([path.delay_acceleration for path in paths]),

@@ -13,20 +13,28 @@ R, S, D, T = Bounce.REFLECTION, Bounce.SCATTERING, Bounce.DIFFRACTION, Bounce.TR
 
 
 @pytest.mark.parametrize(
-    ("bounces", "is_direct", "is_mirrored"),
+    ("bounces", "actors", "is_direct", "is_mirrored"),
     [
-        ((), True, False),
-        ((D,), True, False),
-        ((T, D), True, False),
-        ((R,), False, False),
-        ((S,), False, False),
-        ((R, S), False, True),
-        ((R, R), False, True),
-        ((Bounce.DIFFUSE,), False, False),
+        ((), (), True, False),
+        ((D,), (0,), True, False),
+        ((T, D), (0, 1), True, False),
+        ((R,), (0,), False, False),
+        ((S,), (0,), False, False),
+        ((R, S), (0, 1), False, True),
+        ((R, R), (0, 1), False, True),
+        ((R, S, R), (0, 1, 0), False, True),
+        ((R, T, S), (0, 2, 1), False, True),
+        ((R, R, S), (0, 0, 0), False, False),  # in a lamp
+        ((R, D), (0, 1), False, False),  # a wall's echo that bends over a car
+        ((R, T, R), (0, 1, 0), False, False),  # the corner of a house behind a pane
+        ((Bounce.DIFFUSE,), (0,), False, False),
     ],
 )
-def test_bounces_tell_what_kind_of_path_it_is(bounces, is_direct, is_mirrored):
-    paths = paths_of(HandPath(delay=1e-7), HandPath(delay=2e-7, bounces=bounces))
+def test_bounces_tell_what_kind_of_path_it_is(bounces, actors, is_direct, is_mirrored):
+    other = HandPath(delay=2e-7, bounces=(S,), actors=(3,))
+    paths = paths_of(
+        HandPath(delay=1e-7), other, HandPath(delay=2e-7, bounces=bounces, actors=actors), other
+    ).select(np.array([0, 2]))
     assert paths.is_direct.tolist() == [True, is_direct]
     assert paths.is_mirrored.tolist() == [False, is_mirrored]
 

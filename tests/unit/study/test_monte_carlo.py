@@ -373,6 +373,25 @@ def test_the_mean_of_what_is_stored_is_what_is_summed_up(done):
         assert row.missed.value * row.num_trials == np.sum(seen == 0.0)
 
 
+def test_limits_of_two_trials_stay_where_the_truth_can_be(done):
+    """Student's factor for two trials is 12.7; the others were not run."""
+    results = done[0].results
+    detected = np.full_like(results.detected, np.nan)
+    detected[:, :2] = [[[1.0, 1.0]], [[0.0, 0.0]]]
+    detected[1::2, 1, :, 0] = 1.0
+    counts, hidden = results.num_detections.copy(), results.num_out_of_sight.copy()
+    counts[:, 2:], hidden[:, 2:] = np.nan, np.nan
+    hidden[:, 0] = 1.0
+    few = replace(results, detected=detected, num_detections=counts, num_out_of_sight=hidden)
+    for row in summaries(few):
+        assert row.missed.value > 0.0
+        assert 0.0 <= row.missed.low <= row.missed.high <= 2.0
+        assert 0.0 <= row.out_of_sight.low <= row.out_of_sight.high <= 2.0
+    changes = [row.detection for row in differences(few)]
+    assert any(one.value for one in changes)
+    assert all(-1.0 <= one.low <= one.high <= 1.0 for one in changes)
+
+
 def test_errors_of_targets_out_of_sight_are_not_counted(done):
     """A target out of sight that is detected all the same, metres off, changes no rms error."""
     results = done[0].results

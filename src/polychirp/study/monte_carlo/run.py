@@ -96,7 +96,7 @@ def run_plan(
 def made_with(origin: Provenance) -> Mapping[str, Any]:
     """Format, versions and platform, which all trials in one log must share."""
     return {
-        "format": "polychirp trials, version 6",
+        "format": "polychirp trials, version 7",
         "versions": origin.versions,
         "platform": origin.platform,
     }

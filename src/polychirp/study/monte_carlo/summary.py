@@ -186,6 +186,8 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         for levels in (results.snr, results.inr, results.mitigated_sinr)
     )
     ones = np.ones(counts.trial.size)
+    hidden = _finite(results.num_out_of_sight[point, :, victim])
+    num_targets = len(results.target)
     return Summary(
         labels=results.labels(point),
         study_hash=results.study_hash[point],
@@ -195,8 +197,8 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         ghost=proportion((counts.ghosts > 0).astype(np.float64), ones),
         ghosts=mean_count(counts.ghosts),
         unexplained=mean_count(counts.unexplained),
-        missed=mean_count(counts.seen - counts.found),
-        out_of_sight=mean_count(_finite(results.num_out_of_sight[point, :, victim])),
+        missed=mean_count(counts.seen - counts.found).within(0.0, num_targets),
+        out_of_sight=mean_count(hidden).within(0.0, num_targets),
         unresolved=mean_count(_finite(results.num_unresolved[point, :, victim])),
         floor_rise=_median(results.floor_rise[point, :, victim]),
         snr=_median(snr),
@@ -222,7 +224,7 @@ def losses(lost: FloatArray) -> dict[str, Estimate]:
 
     def mean_over_victims(count: Callable[[BoolArray], int]) -> Estimate:
         means = [np.mean([count(row) for row in frames]) for frames in lost == 1.0]
-        return mean_count(np.array(means, dtype=np.float64))
+        return mean_count(np.array(means, dtype=np.float64)).within(0.0, lost.shape[-1])
 
     return {
         "lost": proportion(lost.sum(axis=(1, 2)), np.full(len(lost), float(lost[0:1].size))),
@@ -268,6 +270,7 @@ def paired_difference(
     common = np.intersect1d(counts[0].trial, counts[1].trial)
     first, other = (one.only(common) for one in counts)
     ones = np.ones(common.size)
+    detection = ratio_difference((other.found, other.seen), (first.found, first.seen))
     labels = results.labels(pair[1])
 
     def rmse(name: str) -> Estimate:
@@ -282,7 +285,7 @@ def paired_difference(
         labels=labels,
         victim=results.victim[victim],
         num_trials=int(common.size),
-        detection=ratio_difference((other.found, other.seen), (first.found, first.seen)),
+        detection=detection.within(-1.0, 1.0),
         ghosts=ratio_difference((other.ghosts, ones), (first.ghosts, ones)),
         range_rmse=rmse("range"),
         range_rate_rmse=rmse("range_rate"),
