@@ -303,14 +303,19 @@ def _ghost_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
 
 
 def _level_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
-    """Name of every visible target, whether it is found, and power ratios in its cell in dB."""
+    """Name of every visible target, whether it is found, and power ratios in its cell in dB.
+
+    A target with a folded echo is seen with a range rate that it does not have, and so missed.
+    """
     truth, score = victim.truth, victim.score
     ratios = (score.snr, score.inr, score.snr / (1.0 + score.inr), score.mitigated_sinr)
+    folded = {score.body[n] for n in score.numbers("folded")}
     for number, name in enumerate(truth.name):
         if truth.is_visible[number]:
             shown = (float(ratio[number]) for ratio in ratios)
             found, in_sight = score.is_detected[number], score.is_in_sight[number]
-            state = "found" if found else "missed" if in_sight else "out of sight"
+            missed = "missed: folded" if name in folded else "missed"
+            state = "found" if found else missed if in_sight else "out of sight"
             yield (name, state, *(decibels(ratio) if ratio > 0 else "–" for ratio in shown))
 
 

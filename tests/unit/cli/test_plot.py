@@ -6,7 +6,7 @@ import pytest
 
 from polychirp.cli.app import main
 from polychirp.cli.plot import OF_RUNS
-from polychirp.report.figures.study_curves import places_of
+from polychirp.report.figures.grid_axis import grid_axis
 from polychirp.report.run_plots import FIGURES
 from polychirp.study.store.save import save_run
 from tests.support.runs import BOTH, ORIGIN
@@ -113,5 +113,5 @@ def test_curves_and_differences_of_a_study(tmp_path, capsys, monkeypatch):
 
 
 def test_numbers_are_drawn_to_scale_and_names_in_order():
-    assert places_of([1, 2.5, 10]) == [1.0, 2.5, 10.0]
-    assert places_of(["none", "blanking"]) == [0.0, 1.0]
+    assert grid_axis([1, 2.5, 10]).places == (1.0, 2.5, 10.0)
+    assert grid_axis(["none", "blanking"]).places == (0.0, 1.0)

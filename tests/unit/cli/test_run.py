@@ -199,6 +199,26 @@ def test_detections_that_the_receiver_left_out_are_told(trial, capsys, monkeypat
     assert load_run(path).victims[0].score.num_unresolved == 2
 
 
+def test_a_target_whose_echo_is_folded_is_told_apart_from_one_without_an_echo(
+    trial, capsys, monkeypatch
+):
+    whole = silent_victim
+
+    def folded(study, number):
+        victim = whole(study, number)
+        names, score = victim.truth.name, victim.score
+        score = replace(
+            score, nature=("folded",), body=names[1:2], is_detected=score.is_detected & 0
+        )
+        return replace(victim, score=score)
+
+    assert main(quick()) == 0
+    assert "folded" not in capsys.readouterr().out
+    monkeypatch.setitem(globals(), "silent_victim", folded)
+    assert main(quick("--out", "there")) == 0
+    assert capsys.readouterr().out.count("missed: folded") == 1
+
+
 def test_options_reach_the_trial(trial):
     assert main(quick("--set", "radars.1.start_time=1 ms", "--seed", "9")) == 0
     (study,) = trial.runs
@@ -244,8 +264,68 @@ def test_check_prints_json_in_si(trial, capsys):
 
 
 def test_check_prints_a_table_for_people(trial, capsys):
+    """10 dBm, 9 dB and 27 dB radiate 46 dBm; four elements at half a wavelength have 26.3°."""
     assert main(["check", str(QUICKSTART)]) == 0
-    assert "range resolution" in capsys.readouterr().out
+    rows = [line.split("│")[1:-1] for line in capsys.readouterr().out.splitlines() if "│" in line]
+    cells = {row[0].strip(): [cell.strip() for cell in row[1:]] for row in rows if len(row) == 3}
+    assert "range resolution" in cells
+    assert cells["EIRP of an element"] == ["46.0 dBm"] * 2
+    assert cells["noise figure"] == ["4.5 dB"] * 2
+    assert cells["azimuth resolution (3-dB beam)"][0].startswith("26.")
+
+
+@pytest.mark.parametrize(
+    ("is_missing", "said"),
+    [(True, "the first one also compiles kernels, which takes"), (False, "s on one core.")],
+)
+def test_check_speaks_of_compilation_only_if_kernels_are_missing(
+    trial, monkeypatch, capsys, is_missing, said
+):
+    monkeypatch.setattr("polychirp.kernel_cache.missing", lambda names: names if is_missing else ())
+    assert main(["check", str(QUICKSTART)]) == 0
+    assert said in capsys.readouterr().out
+
+
+POST = """
+name = "post"
+tracer = { kind = "free-space" }
+street.vehicles = [{ name = "ego", x = "0 m", y = "0 m" }]
+street.points = [{ name = "post", x = "12 m", y = "0 m", z = "0.5 m", rcs = "1 m^2" }]
+[defaults.radar]
+vehicle = "ego"
+waveform = { kind = "triangular", ramp_duration = "1 ms" }
+noise_figure = "11 dB"
+[[radars]]
+name = "left"
+mount = { x = "2.4 m", y = "0.5 m", z = "0.5 m" }
+array.pattern.peak_gain = "11 dB"
+[[radars]]
+name = "right"
+mount = { x = "2.4 m", y = "-0.5 m", z = "0.5 m" }
+transmit_power = "12 dBm"
+"""
+
+
+def test_check_names_the_power_keys_that_the_file_leaves_out(trial, capsys):
+    """Also with those of the defaults and of the command line counted as given."""
+    Path("post.toml").write_text(POST, encoding="utf-8")
+    arguments = ["check", "post.toml", "--set", "radars.*.receive_gain=3 dB"]
+    assert main(arguments) == 0
+    printed = capsys.readouterr()
+    notes = [line for line in printed.err.splitlines() if "the paper's" in line]
+    assert notes == [
+        "note: 'left' has the paper's transmit_power = 10 dBm and transmit_gain = 9 dB, as the "
+        "study gives no other",
+        "note: 'right' has the paper's transmit_gain = 9 dB and array.pattern.peak_gain = 27 dB, "
+        "as the study gives no other",
+    ]
+    assert main([*arguments, "--json"]) == 0
+    derived = json.loads(capsys.readouterr().out)
+    assert [f"note: {note}" for note in derived["notes"][-2:]] == notes
+    assert [echo["radar"] for echo in derived["echoes"]] == ["left", "right"]
+    assert "46.0 dBm" not in printed.out
+    assert "30.0 dBm" in printed.out  # 10 + 9 + 11
+    assert "48.0 dBm" in printed.out  # 12 + 9 + 27
 
 
 def test_init_writes_the_shipped_quickstart(trial):

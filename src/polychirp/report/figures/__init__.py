@@ -13,8 +13,9 @@ The modules in reading order; other packages use the functions that draw, and `r
 - `panels`: maps of the parts of a frame beside each other.
 - `range_power_parts`, `range_rate_parts`, `range_azimuth_parts`, `spectrogram_parts`: the parts of
   a frame over range, range rate, azimuth and time.
-- `detections_plan`: detections with their causes over the truth.
-- `study_curves`: results of a study over an axis of its grid, and paired differences.
+- `place_labels`, `detections_plan`: detections with their causes over the truth, and labels clear
+  of them.
+- `grid_axis`, `study_curves`: results of a study over an axis of its grid, and paired differences.
 - `comparison`: schemes over the scenarios of several studies.
 - `range_rate`: a map of range and range rate with its detections.
 - `rcs`, `convergence`: cross sections over aspect, and over the number of facets.

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 
+from polychirp.axes import FloatArray
 from polychirp.model.detection import Detections
 from polychirp.model.spectra import RangeRateMap
 from polychirp.model.truth import Truth
@@ -25,8 +26,9 @@ def range_rate_parts(
 ) -> Drawing:
     """A range-rate map of each part, with the visible targets; its data are the cells drawn.
 
-    Detections are drawn in the last map. The range rates of targets are folded into the span of the
-    maps.
+    Detections are drawn in the last map. The range rates of targets and detections are folded into
+    the span of the maps, so that they lie on their cells; a diamond marks a detection whose own
+    range rate is outside of that span.
     """
     *_, last = maps
     surfaces = {name: _surface(map_) for name, map_ in maps.items()}
@@ -34,7 +36,8 @@ def range_rate_parts(
     def mark(axes: Axes, name: str) -> None:
         mark_targets(axes, truth, maps[name])
         if name == last:
-            _mark_detections(axes, detections)
+            _mark_detections(axes, detections, maps[name])
+        axes.set_xlim(maps[name].range_rate[0], maps[name].range_rate[-1])
 
     figure = panels(
         surfaces,
@@ -42,6 +45,15 @@ def range_rate_parts(
         title=title,
         xlabel="Range rate (m/s), positive = away",
         ylabel="Range (m)",
+    )
+    # outside of the maps, whose echoes it would cover; dark as they are, since circles are white
+    figure.legend(
+        *figure.axes[len(maps) - 1].get_legend_handles_labels(),
+        loc="outside upper right",
+        ncols=3,
+        facecolor="0.15",
+        labelcolor="white",
+        markerscale=0.6,
     )
     return Drawing(figure=figure, data=columns_of(surfaces, "range_rate_m_per_s", "range_m"))
 
@@ -55,14 +67,21 @@ def _surface(map_: RangeRateMap) -> Surface:
     )
 
 
+def folded_rates(range_rate: FloatArray, map_: RangeRateMap) -> FloatArray:
+    """Range rates from which whole spans of the map are subtracted, so that a cell has each.
+
+    Those within half a cell of the map are among its cells and stay as they are.
+    """
+    step = map_.range_rate[1] - map_.range_rate[0]
+    first, span = map_.range_rate[0] - 0.5 * step, step * map_.range_rate.size
+    return np.asarray(range_rate - span * np.floor((range_rate - first) / span))
+
+
 def mark_targets(axes: Axes, truth: Truth, map_: RangeRateMap) -> None:
     """Draw circles about the visible targets within a map."""
-    step = map_.range_rate[1] - map_.range_rate[0]
-    first, span = map_.range_rate[0], step * map_.range_rate.size
-    folded = first + np.mod(truth.range_rate - first, span)
     shown = truth.is_visible & (truth.range <= map_.range[-1])
     axes.plot(
-        folded[shown],
+        folded_rates(truth.range_rate, map_)[shown],
         truth.range[shown],
         "o",
         markersize=17,
@@ -73,14 +92,20 @@ def mark_targets(axes: Axes, truth: Truth, map_: RangeRateMap) -> None:
     )
 
 
-def _mark_detections(axes: Axes, detections: Detections) -> None:
-    axes.plot(
-        detections.range_rate,
-        detections.range,
-        "o",
-        markerfacecolor="none",
-        markeredgecolor=VERMILION,
-        linestyle="none",
-        label="detection",
-    )
-    axes.legend(loc="lower right", facecolor="0.3", labelcolor="white", markerscale=0.6)
+def _mark_detections(axes: Axes, detections: Detections, map_: RangeRateMap) -> None:
+    rate = folded_rates(detections.range_rate, map_)
+    is_folded = rate != detections.range_rate
+    for mask, marker, label in (
+        (~is_folded, "o", "detection"),
+        (is_folded, "D", "detection at another range rate, folded"),
+    ):
+        if np.any(mask):
+            axes.plot(
+                rate[mask],
+                detections.range[mask],
+                marker,
+                markerfacecolor="none",
+                markeredgecolor=VERMILION,
+                linestyle="none",
+                label=label,
+            )

@@ -1,15 +1,16 @@
 """Curves of a study over one axis of its grid, and paired differences, with 95 % intervals."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from polychirp.axes import FloatArray
 from polychirp.errors import InputError, no_such
 from polychirp.report.figures.drawing import (
     BLUE,
@@ -24,14 +25,41 @@ from polychirp.report.figures.drawing import (
     new_figure,
     styled,
 )
+from polychirp.report.figures.grid_axis import draw_ticks, grid_axis
 from polychirp.scoring.statistics import Estimate
 from polychirp.study.monte_carlo.grid import Label
 from polychirp.study.monte_carlo.results import Results
 from polychirp.study.monte_carlo.summary import Difference, Summary, differences, summaries
 
+Line = Literal["-", "--", ":", "-.", ""]
+"""Line of a curve as matplotlib names it; empty if no line joins its points."""
+
 COLOURS: Final = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, INK)
 MARKERS: Final = "os^Dv<>"
-"""Colours and markers of curves, in their order; further curves begin again."""
+LINES: Final[tuple[Line, ...]] = ("-", "--", ":", "-.")
+"""Colours, markers and lines of curves, in their order (`styles_of`)."""
+
+LEGEND_COLUMNS: Final = 3
+"""Number of columns of the legend; chosen: three names of curves are about as wide as a figure."""
+
+LEAST_SPAN: Final = 0.5
+"""Least span of values of which `y_limits` takes account, as a share of the greatest value; chosen:
+differences of values that are equal to a few percent are not blown up to the whole axis."""
+
+LEAST_DECADES: Final = 0.3
+"""As `LEAST_SPAN`, on a logarithmic axis, in decades: a factor of two."""
+
+Curve = tuple[str, tuple[Label, ...]]
+"""A curve: its radar, and its labels on all axes of the grid but one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Style:
+    """Colour, marker and line of one curve."""
+
+    colour: str
+    marker: str
+    line: Line
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,32 +92,37 @@ def study_curves(results: Results, *, over: str, title: str) -> Drawing:
 
     `run_plan` and `load_results` give the results.
 
-    A curve is one radar and one label on every other axis. An axis of numbers is drawn to scale,
-    one of names in its order. `InputError` is raised if the grid has no such axis.
+    A curve is one radar and one label on every other axis. An axis of numbers is drawn to scale if
+    its labels are told apart there (`grid_axis`). An axis of names is drawn in its order, and no
+    line joins its points. Intervals that are far wider than the values are apart end at the frame
+    (`y_limits`). `InputError` is raised if the grid has no such axis.
     """
     number = axis_number(results, over)
+    rows = summaries(results)
+    curves = _curves(rows, number)
     labels = results.axes[number][1]
-    places = places_of(labels)
-    figure = new_figure(10.5, 6.2)
-    panels = dict(zip(QUANTITIES, figure.subplots(2, 3).ravel(), strict=True))
-    curves = _curves(summaries(results), number)
-    styles = dict(zip(curves, cycle(zip(COLOURS, MARKERS, strict=True)), strict=False))
-    shift = 0.012 * (max(places) - min(places) or 1.0)
-    for field, axes in panels.items():
-        for n, (name, rows) in enumerate(curves.items()):
-            x = np.array([places[labels.index(row.labels[number])] for row in rows])
-            x = x + shift * (n - 0.5 * (len(curves) - 1))
-            _draw(axes, x, rows, field, styles[name])
-        _finish(axes, labels, places, over)
-        quantity = QUANTITIES[field]
+    axis = grid_axis(labels)
+    place = dict(zip(labels, axis.places, strict=True))
+    styles = styles_of(curves, with_lines=axis.are_numbers)
+    offsets = axis.offsets(len(curves), most=0.02 * axis.span)
+    figure = new_figure(3.0 * axis.width, _height(len(curves)))
+    is_cut = []
+    for (field, quantity), axes in zip(
+        QUANTITIES.items(), figure.subplots(2, 3).ravel(), strict=True
+    ):
+        for (name, some), offset in zip(curves.items(), offsets, strict=True):
+            x = np.array([place[row.labels[number]] for row in some])
+            _draw(axes, offset + x, some, field, styles[name])
+        draw_ticks(axes, axis, over)
         axes.set(ylabel=quantity.label)
+        if quantity.is_log and _has_positive(rows, field):
+            axes.set_yscale("log")
         if quantity.is_share:
             axes.set_ylim(-0.03, 1.03)
-        if quantity.is_log and _has_positive(curves.values(), field):
-            axes.set_yscale("log")
-    _legend(figure, styles)
-    figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
-    return Drawing(figure=figure, data=_table(results, summaries(results), tuple(QUANTITIES)))
+        else:
+            is_cut.append(_limit(axes, rows, field))
+    _finish(figure, styles, title=title, is_cut=any(is_cut))
+    return Drawing(figure=figure, data=_table(results, rows, tuple(QUANTITIES)))
 
 
 @styled
@@ -97,31 +130,35 @@ def study_differences(results: Results, *, over: str, title: str) -> Drawing:
     """Differences to the first label of the axis ``over``, of the same trials, with 95 % intervals.
 
     Equal trials of two points have the same street and noise, so that intervals of the differences
-    are smaller than those of the estimates: they decide which label is better. `InputError` is
-    raised if the grid has no such axis, or the axis has one label.
+    are smaller than those of the estimates: they decide which label is better. Places and limits
+    are those of `study_curves`. `InputError` is raised if the grid has no such axis, or the axis
+    has one label.
     """
     number = axis_number(results, over)
     labels = results.axes[number][1]
     if len(labels) < 2:
         raise InputError(f"the axis '{over}' has one value; differences need two")
     rows = [row for row in differences(results) if row.axis == over]
-    figure = new_figure(10.5, 6.2)
-    panels = figure.subplots(2, 3).ravel()
     curves = _curves(rows, number)
-    styles = dict(zip(curves, cycle(zip(COLOURS, MARKERS, strict=True)), strict=False))
-    places = [float(n) for n in range(1, len(labels))]
+    axis = grid_axis(labels[1:])
+    place = dict(zip(labels[1:], axis.places, strict=True))
+    styles = styles_of(curves, with_lines=False)
+    offsets = axis.offsets(len(curves), most=0.15 * axis.gap)
+    figure = new_figure(3.0 * axis.width, _height(len(curves)))
+    panels = figure.subplots(2, 3).ravel()
+    is_cut = []
     for field, axes in zip(DIFFERENCES, panels, strict=False):
         axes.axhline(0.0, color=GREY, linewidth=0.8)
-        for n, (name, some) in enumerate(curves.items()):
-            x = np.array([places[labels.index(row.other) - 1] for row in some])
-            x = x + 0.05 * (n - 0.5 * (len(curves) - 1))
-            _draw(axes, x, some, field, styles[name], line="")
-        _finish(axes, labels[1:], places, over)
-        axes.set_xlim(places[0] - 0.5, places[-1] + 0.5)
+        for (name, some), offset in zip(curves.items(), offsets, strict=True):
+            x = np.array([place[row.labels[number]] for row in some])
+            _draw(axes, offset + x, some, field, styles[name])
+        draw_ticks(axes, axis, over)
+        axes.set_xlim(min(axis.places) - 0.5 * axis.gap, max(axis.places) + 0.5 * axis.gap)
         axes.set(ylabel=f"Δ {QUANTITIES[field].label[0].lower()}{QUANTITIES[field].label[1:]}")
+        is_cut.append(_limit(axes, rows, field))
     panels[-1].set_axis_off()
-    _legend(figure, styles)
-    figure.suptitle(f"{title}, less '{labels[0]}'", x=0.01, ha="left", weight="bold", size=11)
+    title = f"{title}, less '{labels[0]}'"
+    _finish(figure, styles, title=title, is_cut=any(is_cut))
     return Drawing(figure=figure, data=_table(results, rows, DIFFERENCES))
 
 
@@ -135,70 +172,128 @@ def axis_number(results: Results, name: str) -> int:
     return names.index(name)
 
 
-def places_of(labels: Sequence[Label]) -> list[float]:
-    """Places of labels on an axis: numbers themselves, and 0, 1, 2 … for names."""
-    if all(isinstance(label, int | float) for label in labels):
-        return [float(label) for label in labels]
-    return [float(n) for n in range(len(labels))]
+def styles_of(curves: Iterable[Curve], *, with_lines: bool) -> dict[Curve, Style]:
+    """Style of every curve; 49 curves differ in colour or marker, also where they have no line."""
+    styles = {}
+    for n, curve in enumerate(curves):
+        turn, colour = divmod(n, len(COLOURS))
+        styles[curve] = Style(
+            colour=COLOURS[colour],
+            marker=MARKERS[(colour + turn) % len(MARKERS)],
+            line=LINES[turn % len(LINES)] if with_lines else "",
+        )
+    return styles
 
 
-def _curves(rows: Sequence[Any], number: int) -> dict[tuple[str, tuple[Label, ...]], list[Any]]:
+def y_limits(
+    values: FloatArray, low: FloatArray, high: FloatArray, *, least_span: float
+) -> tuple[float, float] | None:
+    """Ends of an axis that shows all values, and of their intervals what is near the values.
+
+    The axis goes beyond the values by their span, or by ``least_span`` if that is more, but not
+    beyond all intervals: of two trials, an interval can be a hundred times as wide as all values
+    are apart. None is returned if there are no values, or if all are zero.
+
+    >>> values = np.array([1.0, 2.0])
+    >>> y_limits(values, values - 100.0, values + 0.5, least_span=0.0)
+    (0.0, 2.5)
+    """
+    is_known = np.isfinite(values)
+    if not np.any(is_known):
+        return None
+    known, low, high = values[is_known], low[is_known], high[is_known]
+    span = max(float(np.ptp(known)), least_span)
+    bottom = max(float(np.fmin(low, known).min()), float(known.min()) - span)
+    top = min(float(np.fmax(high, known).max()), float(known.max()) + span)
+    return (bottom, top) if bottom < top else None
+
+
+def _height(num_curves: int) -> float:
+    """Height of a figure, inches, whose panels do not shrink for a legend of many rows."""
+    return 6.2 + 0.2 * max(-(-num_curves // LEGEND_COLUMNS) - 4, 0)
+
+
+def _curves(rows: Sequence[Any], number: int) -> dict[Curve, list[Any]]:
     """Rows by radar and by the labels on all axes but one."""
-    curves: dict[tuple[str, tuple[Label, ...]], list[Any]] = {}
+    curves: dict[Curve, list[Any]] = {}
     for row in rows:
         others = tuple(label for n, label in enumerate(row.labels) if n != number)
         curves.setdefault((row.victim, others), []).append(row)
     return curves
 
 
-def _draw(
-    axes: Axes,
-    x: np.ndarray,
-    rows: Sequence[Any],
-    field: str,
-    style: tuple[str, str],
-    *,
-    line: str = "-",
-) -> None:
-    scale = QUANTITIES[field].scale
-    estimates: list[Estimate] = [getattr(row, field) for row in rows]
-    middle = scale * np.array([one.value for one in estimates])
-    low = scale * np.array([one.low for one in estimates])
-    high = scale * np.array([one.high for one in estimates])
+def _draw(axes: Axes, x: FloatArray, rows: Sequence[Any], field: str, style: Style) -> None:
+    along = np.argsort(x)  # a grid may have its numbers in any order
+    middle, low, high = (column[along] for column in _estimates(rows, field))
     axes.errorbar(
-        x,
+        x[along],
         middle,
         yerr=np.maximum([middle - low, high - middle], 0.0),
-        color=style[0],
-        marker=style[1],
+        color=style.colour,
+        marker=style.marker,
         markersize=4,
-        linestyle=line,
+        linestyle=style.line,
         linewidth=1.2,
         elinewidth=0.8,
     )
 
 
-def _has_positive(curves: Any, field: str) -> bool:
+def _estimates(rows: Sequence[Any], field: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Values of a quantity and both ends of their intervals, in the unit of its label."""
+    estimates: list[Estimate] = [getattr(row, field) for row in rows]
+    scale = QUANTITIES[field].scale
+    return (
+        scale * np.array([one.value for one in estimates]),
+        scale * np.array([one.low for one in estimates]),
+        scale * np.array([one.high for one in estimates]),
+    )
+
+
+def _has_positive(rows: Sequence[Any], field: str) -> bool:
     """True if all values that are known are positive, so that a logarithmic axis shows them."""
-    values = [getattr(row, field).value for rows in curves for row in rows]
+    values = [getattr(row, field).value for row in rows]
     known = [value for value in values if not math.isnan(value)]
     return bool(known) and min(known) > 0.0
 
 
-def _finish(axes: Axes, labels: Sequence[Label], places: Sequence[float], over: str) -> None:
-    axes.set(xlabel=over.replace("$", r"\$"))
-    if len(labels) <= 12:
-        axes.set_xticks(places, [str(label).replace("$", r"\$") for label in labels])
-    if max(len(str(label)) for label in labels) > 8:
-        axes.tick_params(axis="x", rotation=20)
+def _limit(axes: Axes, rows: Sequence[Any], field: str) -> bool:
+    """Set `y_limits`, and return whether they cut off intervals."""
+    values, low, high = _estimates(rows, field)
+    least_span = LEAST_SPAN * float(np.nanmax(np.abs(values), initial=0.0))
+    is_log = axes.get_yscale() == "log"
+    if is_log:
+        values, low, high = (np.log10(np.maximum(column, 1e-300)) for column in (values, low, high))
+        least_span = LEAST_DECADES
+    limits = y_limits(values, low, high, least_span=least_span)
+    if limits is None:
+        return False
+    bottom, top = limits
+    margin = 0.05 * (top - bottom)
+    ends = np.array([bottom - margin, top + margin])
+    axes.set_ylim(*(10.0**ends if is_log else ends))
+    return bool(np.any(low < bottom) or np.any(high > top))
 
 
-def _legend(figure: Any, styles: Mapping[Any, tuple[str, str]]) -> None:
+def _finish(figure: Figure, styles: Mapping[Curve, Style], *, title: str, is_cut: bool) -> None:
+    """Add the title and the legend, which says what the bars are."""
     handles, names = [], []
-    for (victim, others), (colour, marker) in styles.items():
-        handles.append(Line2D([], [], color=colour, marker=marker, markersize=4, linewidth=1.2))
+    for (victim, others), style in styles.items():
+        handles.append(
+            Line2D(
+                [],
+                [],
+                color=style.colour,
+                marker=style.marker,
+                linestyle=style.line,
+                markersize=4,
+                linewidth=1.2,
+            )
+        )
         names.append(", ".join([*(str(label) for label in others), victim]).replace("$", r"\$"))
-    figure.legend(handles, names, loc="outside lower center", ncols=3)
+    beyond = "; those that reach the frame go on beyond it" if is_cut else ""
+    bars = f"Bars are 95 % intervals{beyond}"
+    figure.legend(handles, names, title=bars, loc="outside lower center", ncols=LEGEND_COLUMNS)
+    figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
 
 
 def _table(
