@@ -8,6 +8,7 @@ from scipy.linalg import hadamard
 
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_filter import IfFilter
+from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
@@ -23,7 +24,15 @@ from polychirp.synthesis.links.links import links_between
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
-from polychirp.waveform import DiverseSawtooth, Hopping, Noise, PhaseCodedRamp, Pmcw, Sawtooth
+from polychirp.waveform import (
+    DiverseSawtooth,
+    DiverseTriangular,
+    Hopping,
+    Noise,
+    PhaseCodedRamp,
+    Pmcw,
+    Sawtooth,
+)
 from tests.support.schedules import drawn_chirps
 
 FILTER = IfFilter(passband=9e6, stopband=12e6)
@@ -63,7 +72,8 @@ def simulated(schedules, paths, scene=SCENE):
 
 def in_closed_form(schedules, paths, scene=SCENE):
     ratio = interference_to_noise(scene, schedules, received_paths(scene, paths), victim=0)
-    return float(np.mean(ratio))
+    times = sample_times(schedules[0], scene.radars[0].converter)
+    return float(np.average(ratio, weights=times.num_samples))
 
 
 def late(schedule, delay):
@@ -140,13 +150,71 @@ def test_elements_that_send_together_add_their_powers():
     assert levels[0] == pytest.approx(4 * levels[1])
 
 
-def test_a_chirp_that_starts_outside_of_the_band_is_not_heard():
-    ramps = Sawtooth(bandwidth=300e6, ramp_duration=20e-6).schedule(
+STRONG = 1e-3
+"""Gain of a path 60 dB above the noise, whose clicks the engine does not leave out as too weak."""
+
+
+def with_converter(**times):
+    """The scene with converters that leave out other times."""
+    converter = replace(CONVERTER, **times)
+    return replace(SCENE, radars=tuple(replace(one, converter=converter) for one in SCENE.radars))
+
+
+def equal_chirps(*, idle=0.0, apart=2e-6):
+    """Chirps of 15 MHz/µs of three radars: the second starts late, and the third is silent."""
+    ramps = Sawtooth(bandwidth=300e6, ramp_duration=20e-6, idle=idle).schedule(
         num_sweeps=8, streams=Streams(seed=1)
     )
-    apart = 2e-6  # 30 MHz
-    assert in_closed_form([ramps, late(ramps, apart), late(ramps, 1.0)], paths_of(
-        hand_path(delay=0.1e-6))) == 0.0  # fmt: skip
+    return [ramps, late(ramps, apart), late(ramps, 1.0)]
+
+
+@pytest.mark.parametrize("idle", [0.0, 30e-9, 4e-6])
+@pytest.mark.parametrize("apart", [1e-6, 2e-6, 9e-6])
+def test_chirps_outside_of_the_band_are_heard_where_they_begin_and_end(idle, apart):
+    """Their beats of 15 to 135 MHz never come into the band, but an abrupt begin or end does.
+
+    The closed form takes the filter's band as flat: 0.02 dB from 1.5 of the stop edge on, and 0.1
+    to 0.3 dB at its edge.
+    """
+    scene = with_converter(margin=1e-6)
+    schedules = equal_chirps(idle=idle, apart=apart)
+    paths = paths_of(hand_path(delay=0.1e-6, gain=STRONG))
+    error = in_closed_form(schedules, paths, scene) / simulated(schedules, paths, scene)
+    assert 10 * np.log10(error) == pytest.approx(0, abs=0.15)
+
+
+def test_clicks_before_and_after_the_samples_are_not_heard():
+    """Chirps begin 2.1 µs into the victim's, and samples are taken from 5 µs on.
+
+    The impulse response is 1.9 µs long, so that none of it is in the samples.
+    """
+    assert pytest.approx(1.9e-6, rel=0.01) == FILTER.support
+    schedules, paths = equal_chirps(), paths_of(hand_path(delay=0.1e-6, gain=STRONG))
+    assert in_closed_form(schedules, paths, with_converter(margin=1e-6)) > 1.0
+    assert in_closed_form(schedules, paths, with_converter(start=5e-6, margin=1e-6)) < 1e-9
+
+
+def triangles(*, start_frequency, bandwidth, ramp_duration, seed, jumps=0.0):
+    waveform = DiverseTriangular(
+        start_frequency=start_frequency, bandwidth=(bandwidth, 1.1 * bandwidth),
+        ramp_duration=(ramp_duration, 1.1 * ramp_duration), start_frequency_spread=jumps,
+    )  # fmt: skip
+    return waveform.schedule(num_sweeps=16, streams=Streams(seed))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_continuous_triangles_click_only_where_their_frequency_jumps(seed):
+    """Corners of either radar, whose phase and frequency go on, add nothing; jumps between the
+    second radar's triangles add clicks. The converter takes samples all the time."""
+    scene = with_converter(start=0.0)
+    own = triangles(start_frequency=76e9, bandwidth=200e6, ramp_duration=20e-6, seed=seed)
+    sent = triangles(
+        start_frequency=76.3e9, bandwidth=150e6, ramp_duration=13e-6, seed=seed + 9, jumps=50e6
+    )
+    paths = paths_of(hand_path(delay=0.1e-6, gain=STRONG))
+    schedules = [own, sent, late(own, 1.0)]
+    error = in_closed_form(schedules, paths, scene) / simulated(schedules, paths, scene)
+    assert 10 * np.log10(error) == pytest.approx(0, abs=0.1)
 
 
 def test_powers_of_paths_are_those_of_the_links():
@@ -184,6 +252,58 @@ def test_a_radar_in_another_band_or_at_another_time_is_not_heard():
     for band, time in (((77.5e9, 77.8e9), (0.0, 1e-4)), ((76.5e9, 76.8e9), (1.0, 1.1))):
         energy, _ = energy_over_noise(SCENE, paths, {1: sent}, listener=0, band=band, time=time)
         assert energy == 1.0
+
+
+@pytest.mark.parametrize(
+    ("band", "share"),
+    [((76.5e9, 76.6e9), 0.0), ((76.6e9, 76.7e9), 0.25), ((76.7e9, 76.9e9), 0.75)],
+)
+@pytest.mark.parametrize("is_down", [False, True])
+def test_a_chirp_that_is_partly_heard_counts_where_its_frequency_is_in_the_band(
+    band, share, is_down
+):
+    """A chirp of 76.5 to 76.9 GHz is heard from 76.675 to 76.775 GHz, in a quarter of its time: of
+    this, 25 MHz are below 76.7 GHz and none is below 76.6 GHz. From 76.7 GHz on 75 MHz remain."""
+    duration, width = 40e-6, 400e6
+    sent = RampSchedule(
+        start_time=[0.0], duration=[duration], start_frequency=[76.9e9 if is_down else 76.5e9],
+        slope=[(-width if is_down else width) / duration], start_phase=[0.0], sweep=[0],
+    )  # fmt: skip
+    time = (12.5e-6, 22.5e-6) if is_down else (17.5e-6, 27.5e-6)
+    paths = received_paths(SCENE, paths_of(hand_path(delay=0.0)))
+    energy, _ = energy_over_noise(SCENE, paths, {1: sent}, listener=0, band=band, time=time)
+    noise = noise_power(SCENE, 0) / FILTER.noise_bandwidth * (band[1] - band[0])
+    assert energy - 1.0 == pytest.approx(share * paths.power[0] / noise, rel=1e-6, abs=1e-12)
+
+
+def test_only_the_power_of_the_ramp_that_is_heard_counts():
+    """The second of two ramps is sent at a quarter of the power, and only it is heard."""
+    sent = RampSchedule(
+        start_time=[0.0, 20e-6], duration=[20e-6, 20e-6], start_frequency=[76.5e9, 76.5e9],
+        slope=[15e12, 15e12], start_phase=[0.0, 0.0], sweep=[0, 1], transmit_weight=[[1.0], [0.5]],
+    )  # fmt: skip
+    paths = received_paths(SCENE, paths_of(hand_path(delay=0.0)))
+    energy, _ = energy_over_noise(
+        SCENE, paths, {1: sent}, listener=0, band=(76.5e9, 76.8e9), time=(20e-6, 40e-6)
+    )
+    noise = noise_power(SCENE, 0) / FILTER.noise_bandwidth * 300e6
+    assert energy - 1.0 == pytest.approx(0.25 * paths.power[0] / noise, rel=1e-6)
+
+
+def test_a_coded_chirp_is_heard_as_far_as_its_band_is_in_that_of_the_listener():
+    """Mean over the time of the share of the code's band, by a sum over 20 000 moments."""
+    sent = CODED["chirps"].schedule(num_sweeps=1, streams=Streams(seed=1))
+    band, time = (76.5e9, 76.65e9), (3e-6, 11e-6)
+    paths = received_paths(SCENE, paths_of(hand_path(delay=0.0)))
+    energy, _ = energy_over_noise(SCENE, paths, {1: sent}, listener=0, band=band, time=time)
+    moment = np.linspace(*time, 20_001)
+    middle = sent.start_frequency[0] + sent.slope[0] * (moment - sent.start_time[0])
+    half = 0.5 * sent.code.bandwidth
+    common = np.minimum(middle + half, band[1]) - np.maximum(middle - half, band[0])
+    share = np.mean(np.clip(common / (2 * half), 0, 1))
+    noise = noise_power(SCENE, 0) / FILTER.noise_bandwidth * (band[1] - band[0])
+    expected = share * sent.code.mean_power * paths.power[0] / noise
+    assert energy - 1.0 == pytest.approx(expected, rel=1e-3)
 
 
 def test_drawn_durations_and_starts_are_met_too():

@@ -5,7 +5,7 @@ if its ramps meet those of another radar within the IF band.
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -15,10 +15,11 @@ from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.errors import InputError
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_filter import IfFilter
+from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.study.frame_loop import frame_begin, last_frame
 from polychirp.study.recent_results import RecentResults
-from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of
+from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of, tracer_of
 from polychirp.study.trial import run_trial
 from polychirp.synthesis.links.interference_levels import (
     interference_to_noise,
@@ -27,7 +28,13 @@ from polychirp.synthesis.links.interference_levels import (
 )
 from polychirp.synthesis.links.thermal_noise import noise_density
 from polychirp.traffic.street import Point, Street, Vehicle
-from polychirp.waveform import HopAfterHit, ListenBeforeTalk, RedrawEachFrame, Sawtooth
+from polychirp.waveform import (
+    DiverseTriangular,
+    HopAfterHit,
+    ListenBeforeTalk,
+    RedrawEachFrame,
+    Sawtooth,
+)
 
 CHIRPS = Sawtooth(start_frequency=76.5e9, bandwidth=300e6, ramp_duration=20e-6, idle=5e-6)
 NUM_CHIRPS = 8
@@ -215,6 +222,57 @@ def test_what_a_radar_hears_is_the_interference_of_its_simulated_frame():
         np.abs(parts.samples[parts.names.index("noise")]) ** 2
     )
     assert trial.frames.inr[-1, 0] == pytest.approx(heard, rel=0.05)
+
+
+def test_ramps_of_drawn_lengths_count_with_their_samples():
+    """Energy of all samples over that of noise, with the ramps of 8 to 40 µs of either radar."""
+    rule = RedrawEachFrame(num_frames=1, start_spread=20e-6)
+    one = study(rule, count=2)
+    waveform = DiverseTriangular(
+        start_frequency=76.5e9, bandwidth=(200e6, 300e6), ramp_duration=(8e-6, 40e-6)
+    )
+    one = replace(one, radars=tuple(replace(radar, waveform=waveform) for radar in one.radars))
+    scene = scene_of(one)
+    last = last_frame(one, rule, scene)
+    paths = received_paths(scene, tracer_of(one, schedules_of(one)).trace(scene))
+    ratio = interference_to_noise(scene, last.schedules, paths, victim=0)
+    count = sample_times(last.schedules[0], scene.radars[0].converter).num_samples
+    assert last.history.inr[0, 0] == pytest.approx(np.sum(ratio * count) / np.sum(count))
+    assert last.history.inr[0, 0] != pytest.approx(np.mean(ratio), rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_equal_chirps_out_of_step_are_heard_where_they_begin_and_end(seed):
+    """Chirps that start some µs apart: what the rule sees is what the last frame's samples have.
+
+    Noise of 3 888 samples has a spread of 1.6 %; the closed form of a click is right to 3 %.
+    """
+    rule = RedrawEachFrame(num_slots=6, slot=4e-6, num_frames=1, frame_interval=2e-3)
+    one = replace(study(rule, count=2, seed=seed), victims=("radar-0",))
+    post = Point(name="post", x=20.0, y=5.0, z=0.5, rcs=1e-6)
+    radars = tuple(replace(radar, transmit_power=10.0) for radar in one.radars)
+    trial = run_trial(
+        replace(one, radars=radars, street=replace(one.street, points=(post,)), targets=("post",))
+    )
+    parts = trial.victims[0].parts
+    heard = np.sum(np.abs(parts.interference) ** 2) / np.sum(np.abs(parts.noise) ** 2)
+    assert trial.frames.inr[-1, 0] == pytest.approx(heard, rel=0.08)
+
+
+@dataclass(frozen=True)
+class Wrong:
+    """A tracer of a user's own, whose paths have a negative delay."""
+
+    def trace(self, scene):
+        paths = FreeSpace(frequency=76.65e9).trace(scene)
+        return replace(paths, delay=-paths.delay)
+
+
+def test_paths_that_cannot_be_are_refused_in_every_frame():
+    rule = RedrawEachFrame(num_frames=2, frame_interval=2e-3)
+    one = replace(study(rule, count=2), tracer=Wrong())
+    with pytest.raises(InputError, match=r"the tracer's path 0 has a delay of -"):
+        last_frame(one, rule, scene_of(one))
 
 
 def test_frames_that_do_not_fit_are_refused_with_their_key():

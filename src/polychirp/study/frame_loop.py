@@ -11,8 +11,13 @@ from heapq import heappop, heappush
 
 import numpy as np
 
+from polychirp.channel.base import RayTracer
+from polychirp.channel.tracers.path_interpolation import PartedTracer
+from polychirp.channel.tracers.ray_check import checked
 from polychirp.errors import InputError
 from polychirp.model.frame_history import FrameHistory
+from polychirp.model.if_frame import sample_times
+from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.rng import Streams
@@ -54,7 +59,7 @@ def last_frame(
     Raises
     ------
     InputError
-        A radar's frame ends after the next one begins.
+        A radar's frame ends after the next one begins, or the tracer gives paths that cannot be.
 
     Examples
     --------
@@ -76,7 +81,7 @@ def last_frame(
 
     def traced() -> tuple[ReceivedPaths, ...]:
         moments = [scene.at(time) for time in times]
-        return tuple(received_paths(one, tracer.trace(one)) for one in moments)
+        return tuple(received_paths(one, _paths(tracer, one)) for one in moments)
 
     makers = ("frames", tracer, scene, times)
     known = recalled(traces, makers, traced)
@@ -94,6 +99,12 @@ def last_frame(
             for number, (turn, one) in enumerate(zip(turns, heard, strict=True))
         ]
     return LastFrame(schedules=schedules, history=_history(study, rule, rows))
+
+
+def _paths(tracer: RayTracer, scene: Scene) -> PropagationPaths:
+    """Paths of a tracer; those of a tracer without parts are checked, as in a trial."""
+    paths = tracer.trace(scene)
+    return paths if isinstance(tracer, PartedTracer) else checked(paths, scene)
 
 
 def frame_begin(rule: FrameRule, number: int) -> float:
@@ -193,9 +204,16 @@ class _Frame:
             interference_to_noise(self.scene, schedules, self.paths, victim=number)
             for number in range(len(schedules))
         ]
+        times = [
+            sample_times(schedule, radar.converter)
+            for schedule, radar in zip(schedules, self.scene.radars, strict=True)
+        ]
         return [
-            Heard(inr=float(np.mean(ratio)), hit_ramps=float(np.mean(ratio > 1.0)))
-            for ratio in ratios
+            Heard(
+                inr=float(np.average(ratio, weights=one.num_samples)),
+                hit_ramps=float(np.mean(ratio > 1.0)),
+            )
+            for ratio, one in zip(ratios, times, strict=True)
         ]
 
     def refuse_too_long(self, schedules: Sequence[RampSchedule]) -> None:
