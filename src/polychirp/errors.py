@@ -1,7 +1,7 @@
 """Errors that polychirp raises on purpose, each with the exit code of the command line."""
 
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import ClassVar, Final
 
 
 class PolychirpError(Exception):
@@ -61,16 +61,23 @@ def short(text: str) -> str:
     return text if len(text) <= 40 else f"{text[:37]}…"
 
 
+LEAST_LIKENESS: Final = 0.65
+"""Least likeness (difflib's ratio) of two words for one to be suggested for the other. Chosen: a
+word of three letters with one wrong has 0.67, and "repetition" has 0.63 to "direction"."""
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """A hint for a misspelt word: the closest known word, or all known words if none is close.
 
     >>> did_you_mean("duraton", ["duration", "slope"])
     "did you mean 'duration'?"
+    >>> did_you_mean("repetition", ["direction", "idle"])
+    'known are direction, idle'
     """
     from difflib import get_close_matches
 
     known = list(known)
-    close = get_close_matches(word, known, n=1)
+    close = get_close_matches(word, known, n=1, cutoff=LEAST_LIKENESS)
     if close:
         return f"did you mean '{close[0]}'?"
     return f"known are {', '.join(known)}"
@@ -87,7 +94,7 @@ def no_such(what: str, name: str, known: Iterable[str]) -> str:
     known = list(known)
     if not known:
         return f"there is no {what} '{name}', nor any other"
-    close = get_close_matches(name, known, n=1)
+    close = get_close_matches(name, known, n=1, cutoff=LEAST_LIKENESS)
     names = ", ".join(f"'{one}'" for one in known)
     hint = f"; did you mean '{close[0]}'?" if close and len(known) > 1 else ""
     return f"there is no {what} '{name}'; there {'is' if len(known) == 1 else 'are'} {names}{hint}"

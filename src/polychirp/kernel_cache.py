@@ -22,8 +22,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -323,7 +323,9 @@ def compile_ahead(
     Parameters
     ----------
     worker : name of the module that calls `serve`; it is run with ``python -m``
-    progress : callback that is given the number of kernels compiled and their approximate total
+    progress : callback that is given the number of kernels compiled and their approximate total;
+        the number is weighted with the durations of the parts, so that it grows evenly with time,
+        and its rate so far tells when the compilation ends
     announce : true for a line on stderr before a wait or before an estimated `ANNOUNCED` s or more
     """
     names = [part.name for part in parts]
@@ -339,18 +341,20 @@ def compile_ahead(
         total = sum(part.kernels for part in wanted)
         if announce:
             _announce(wanted, total)
-        kernels: list[str] = []
+        kernels: list[tuple[str, str]] = []
         show = progress or (lambda *_: None)
         show("compiling kernels", 0, total)
         done, failures = {}, []
         for kind, value in _run(wanted, worker):
             if kind == "kernel":
                 kernels.append(value)
-                show("compiling kernels", min(len(kernels), total - 1), total)
             elif kind == "part":
                 done[value["name"]] = value["files"]
             else:
                 failures.append(value)
+            counts = Counter(part for part, _ in kernels)
+            share = _share_done(wanted, counts=counts, finished=done)
+            show("compiling kernels", min(int(total * share), total - 1), total)
         show("compiling kernels", total, total)
         for failure in failures:
             _note(f"{failure}; the kernels are compiled where they are needed")
@@ -358,23 +362,63 @@ def compile_ahead(
         return Compiled(
             folder=cache_folder(),
             parts=tuple(done),
-            kernels=tuple(kernels),
+            kernels=tuple(kernel for _, kernel in kernels),
             duration=time.perf_counter() - start,
             failures=tuple(failures),
         )
 
 
 def _announce(parts: Sequence[Part], total: int) -> None:
-    work = sum(part.duration for part in parts)
-    share = max(part.duration for part in parts)
-    duration = max(work / min(num_cores(), len(parts), MOST_WORKERS), share)
+    duration = expected_duration(parts)
     if duration > ANNOUNCED:
-        _say(f"polychirp: compiling {total} kernels, once; about {duration:.0f} s")
+        _say(f"polychirp: compiling {total} kernels, once; about {duration:.0f} s on free cores")
+
+
+def expected_duration(parts: Sequence[Part]) -> float:
+    """Time in which free cores compile parts, s; on a busy machine it takes a multiple of it.
+
+    >>> expected_duration([])
+    0.0
+    """
+    if not parts:
+        return 0.0
+    work = sum(part.duration for part in parts)
+    return max(work / _num_workers(parts), *(part.duration for part in parts))
+
+
+def _num_workers(parts: Sequence[Part]) -> int:
+    return min(num_cores(), len(parts), MOST_WORKERS)
+
+
+def _share_done(
+    parts: Sequence[Part], *, counts: Mapping[str, int], finished: Container[str]
+) -> float:
+    """Share of the work that is done, after ``counts`` kernels of each part, by its name.
+
+    A kernel takes as long as the others of its part, and a part that is not finished may have more
+    of them than expected.
+
+    >>> slow = Part(name="slow", duration=9.0, kernels=3)
+    >>> quick = Part(name="quick", duration=1.0, kernels=3)
+    >>> _share_done([slow, quick], counts={"slow": 1}, finished=["quick"])
+    0.4
+    """
+    done = sum(
+        part.duration
+        if part.name in finished
+        else part.duration * min(1.0, counts.get(part.name, 0) / part.kernels)
+        for part in parts
+    )
+    return done / sum(part.duration for part in parts)
 
 
 def _run(parts: Sequence[Part], worker: str) -> Iterator[tuple[str, Any]]:
-    """Reports of the workers, by kind: "kernel", "part" (with its cache files) or "failure"."""
-    count = min(num_cores(), len(parts), MOST_WORKERS)
+    """Reports of the workers, by kind.
+
+    They are "kernel" (with its part's name before its own), "part" (with its cache files) and
+    "failure".
+    """
+    count = _num_workers(parts)
     ahead = deque(part.name for part in parts)
     news: SimpleQueue[tuple[str, Any] | None] = SimpleQueue()
     locks = tempfile.mkdtemp(prefix="polychirp-locks-")
@@ -427,7 +471,7 @@ def _employ(
                     row = json.loads(line) if line.endswith("\n") else {}
                     if "kernel" not in row:
                         break
-                    news.put(("kernel", row["kernel"]))
+                    news.put(("kernel", (name, row["kernel"])))
                 if "files" not in row:
                     news.put(("failure", f"a worker ended while it compiled '{name}'"))
                     break

@@ -9,7 +9,9 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Final
+from functools import cache
+from numbers import Real
+from typing import Annotated, Any, Final, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,12 +19,31 @@ from numpy.typing import ArrayLike, NDArray
 from polychirp.errors import InputError, short
 
 
+def need_number(owner: str, name: str, value: object) -> None:
+    """Refuse a quantity with its unit, which study files alone can have.
+
+    >>> need_number("a radar", "transmit_power", "12 dBm")
+    Traceback (most recent call last):
+        ...
+    polychirp.errors.InputError: a radar needs a number in SI units as transmit_power, not '12 dBm';
+    quantities with units are read from study files alone
+    """
+    if not isinstance(value, Real):
+        raise InputError(
+            f"{owner} needs a number in SI units as {name}, not {value!r}; quantities with units "
+            "are read from study files alone"
+        )
+
+
 def from_db(level: float) -> float:
-    """Power ratio of a level in dB.
+    """Power ratio of a level in dB; `InputError` is raised for text such as ``"3 dB"``.
 
     >>> from_db(30.0)
     1000.0
     """
+    given: object = level
+    if not isinstance(given, Real):
+        raise InputError(f"from_db needs a number of dB, not {given!r}; write it like from_db(3.0)")
     return float(10.0 ** (level / 10.0))
 
 
@@ -257,6 +278,24 @@ def _written(value: float) -> str:
     if isinstance(value, int) and value.bit_length() > 128:
         return f"a number of {value.bit_length()} bits"
     return f"{value}"
+
+
+def need_numbers(spec: Any, owner: str) -> None:
+    """Refuse a dataclass with a quantity that is no number, such as text with its unit."""
+    kind: Any = type(spec)
+    for name in _quantities(kind):
+        need_number(owner, name, getattr(spec, name))
+
+
+@cache
+def _quantities(kind: type) -> tuple[str, ...]:
+    """Names of the fields that are one number with a unit."""
+    hints = get_type_hints(kind, include_extras=True)
+    return tuple(
+        name
+        for name, hint in hints.items()
+        if get_origin(hint) is Annotated and any(isinstance(note, Unit) for note in get_args(hint))
+    )
 
 
 Hertz = Annotated[float, Unit("Hz")]

@@ -253,7 +253,9 @@ def test_describe_writes_a_parameter_file(capsys: pytest.CaptureFixture[str]):
     ("arguments", "message"),
     [
         (["process"], "no recording is given; name one"),
-        (["process", "walk.npy"], "there is no parameter file"),
+        (["process", "walk.npy"], "there is no recording 'walk.npy'"),
+        (["process", "walk.zarr", "--params", "gone.toml"], "there is no parameter file 'gone.t"),
+        (["process", "walk.sigmf-meta"], "'walk.sigmf-meta' is no recording; its name must end"),
         (["process", "walk.bin", "--pfa", "1"], "not between 0 and 1"),
         (["process", "walk.bin", "--pfa", "often"], "'often' is not a number"),
         (["process", "walk.bin", "--frames", "3-1"], "ends before it begins"),

@@ -9,7 +9,15 @@ from pathlib import Path
 import pytest
 
 from polychirp import kernel_cache
-from polychirp.kernel_cache import Part, Stamp, compile_ahead, kernel_modules, missing
+from polychirp.cli.progress import TimeLeft
+from polychirp.kernel_cache import (
+    Part,
+    Stamp,
+    _share_done,
+    compile_ahead,
+    kernel_modules,
+    missing,
+)
 
 WORKER = """
 from polychirp.kernel_cache import serve
@@ -96,6 +104,30 @@ def test_workers_compile_every_kernel_once_and_a_second_call_nothing(toy, capsys
     again = compiled(ONE, TWO)
     assert (again.parts, again.kernels) == ((), ())
     assert capsys.readouterr().err == ""
+
+
+def test_the_progress_grows_with_the_work_that_is_done():
+    """After half of the slow kernels 45 of 100 s are over, although 5 of 105 kernels are done."""
+    slow = Part(name="slow", duration=90.0, kernels=10)
+    quick = Part(name="quick", duration=10.0, kernels=95)
+    share = _share_done([slow, quick], counts={"slow": 5}, finished=())
+    assert share == pytest.approx(0.45)
+    more = _share_done([slow, quick], counts={"slow": 40, "quick": 19}, finished=())
+    assert more == pytest.approx(0.92)
+    assert _share_done([slow, quick], counts={}, finished=("slow", "quick")) == 1.0
+
+
+def test_the_time_left_follows_the_rate_so_far(toy):
+    """Each step that the callback sees is one of equal times; a slow machine's are longer."""
+    left, seen = TimeLeft(0.0), []
+    parts = [Part(name="a", duration=60.0, kernels=6), Part(name="b", duration=60.0, kernels=60)]
+    for second in range(1, 240):  # twice as slow as expected
+        counts = {"a": min(6, second // 20), "b": max(0, (second - 120) // 2)}
+        share = _share_done(parts, counts=counts, finished=("a",) if second >= 120 else ())
+        if (time := left.update(int(66 * share), 66, float(second))) is not None:
+            seen.append((second, time))
+    assert len(seen) > 100
+    assert all(abs(time - (240 - second)) < 60.0 for second, time in seen)
 
 
 def test_a_part_that_was_not_asked_for_is_missing(toy):

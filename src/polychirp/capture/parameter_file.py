@@ -128,7 +128,10 @@ def _values(data: dict[str, Any], *, name: str, problems: Iterable[str] = ()) ->
     for key, value in data.items():
         try:
             if key not in hints:
-                raise InputError(f"unknown key; {did_you_mean(key, hints)}")
+                problem = f"unknown key; {did_you_mean(key, hints)}"
+                # a file of another kind has many unknown keys, and the known ones are listed once
+                is_listed = any(line.endswith(f": {problem}") for line in found)
+                raise InputError("unknown key" if is_listed else problem)
             values[key] = _read(hints[key], value)
         except InputError as error:
             found.append(f"{key}: {error}")

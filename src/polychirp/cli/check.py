@@ -6,13 +6,17 @@ import argparse
 import json
 import math
 import shlex
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from polychirp.cli.terminal import command_name, say, tables
+from polychirp.cli.terminal import command_name, decibels, say, tables
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from polychirp.study.check import Derived
     from polychirp.study.limits.derived_radar import DerivedRadar
+    from polychirp.study.spec import Study
 
 
 def add_study_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,15 +48,15 @@ def add_parser(subparsers: Any) -> None:
         "check",
         help="read a study and print what its radars resolve",
         description="Read a study, say what prevents it from running, and print what follows from "
-        "it: range and speed resolution, unambiguous directions, greatest range, beat band, "
-        "memory, cost.",
+        "it: range, speed and angle resolution, unambiguous directions, greatest range, beat band, "
+        "powers, SNRs of points, memory, cost.",
     )
     add_study_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Check the study and print what its radars resolve."""
-    from polychirp.config.load import load_study
+    from polychirp.config.load import load_study, radar_tables
     from polychirp.config.monte_carlo import refuse_bad_grid
     from polychirp.study.check import check
 
@@ -60,12 +64,17 @@ def run(arguments: argparse.Namespace) -> int:
     study = load_study(arguments.study, overrides=changes)
     derived = check(study)
     refuse_bad_grid(arguments.study, overrides=changes)
+    left_out = list(_left_out(study, radar_tables(arguments.study, overrides=changes)))
     if arguments.json:
         from dataclasses import asdict
 
-        print(json.dumps({"study": study.name, "seed": study.seed, **asdict(derived)}, indent=2))
+        found = asdict(derived)
+        found["notes"] = [*derived.notes, *left_out]
+        print(json.dumps({"study": study.name, "seed": study.seed, **found}, indent=2))
     else:
-        _print_tables(study.name, derived)
+        _print_tables(study, derived)
+        for note in (*derived.notes, *left_out):
+            say(f"note: {note}")
         say(f"next: {next_command('run', arguments)}")
     return 0
 
@@ -76,10 +85,57 @@ def next_command(verb: str, arguments: argparse.Namespace) -> str:
     return shlex.join([command_name(), verb, arguments.study, *changes])
 
 
-def _print_tables(name: str, derived: Derived) -> None:
+_POWER_KEYS: Final = ("transmit_power", "transmit_gain", "receive_gain", "noise_figure")
+"""Keys of a radar that the SNR or the level of its samples depends on, without its antennas'."""
+
+
+def _left_out(study: Study, given: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """A sentence on keys of powers that the radars' tables ``given`` leave out, and their values.
+
+    Radars that leave out the same keys share a sentence.
+    """
+    from polychirp.config.quantity import write_quantity
+    from polychirp.model.antenna import ElementPattern
+    from polychirp.model.radar import Radar
+    from polychirp.units import Unit
+
+    usual = Radar(name="")
+    level = {
+        key: write_quantity(getattr(usual, key), Unit("W" if key == "transmit_power" else "dB"))
+        for key in _POWER_KEYS
+    }
+    gain = write_quantity(ElementPattern().peak_gain, Unit("dB"))
+    radars: dict[tuple[str, ...], list[str]] = {}
+    for radar, table in zip(study.radars, given, strict=False):
+        keys = [f"{key} = {level[key]}" for key in _POWER_KEYS if key not in table]
+        if "peak_gain" not in table.get("array", {}).get("pattern", {}):
+            keys.append(f"array.pattern.peak_gain = {gain}")
+        radars.setdefault(tuple(keys), []).append(f"'{radar.name}'")
+    for missing, names in radars.items():
+        if missing:
+            yield (
+                f"{_listed(names)} {'has' if len(names) == 1 else 'have'} the paper's "
+                f"{_listed(missing)}, as the study gives no other"
+            )
+
+
+def _listed(words: Sequence[str]) -> str:
+    """Words with commas and an "and"; of more than four, the first three and the number of others.
+
+    >>> _listed(["a", "b", "c"]), _listed(["a"] * 9)
+    ('a, b and c', 'a, a, a and 6 more')
+    """
+    if len(words) == 1:
+        return words[0]
+    if len(words) > 5:
+        return f"{', '.join(words[:3])} and {len(words) - 3} more"
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _print_tables(study: Study, derived: Derived) -> None:
     from rich.table import Table
 
-    table = Table(title=f"{name}: what its radars resolve", title_justify="left")
+    table = Table(title=f"{study.name}: what its radars resolve", title_justify="left")
     table.add_column("")
     for radar in derived.radars:
         table.add_column(radar.name, justify="right")
@@ -90,6 +146,12 @@ def _print_tables(name: str, derived: Derived) -> None:
             table.add_row(label, *cells)
     console = tables()
     console.print(table)
+    if derived.echoes:
+        console.print(_echoes(derived))
+        console.print(
+            "The SNR is that of all samples and channels in phase, by the radar equation; windows "
+            "of a receiver take some dB of it."
+        )
     for radar in derived.radars:
         if radar.name in derived.victims and derived.is_receiver_chosen:
             console.print(
@@ -99,9 +161,36 @@ def _print_tables(name: str, derived: Derived) -> None:
         f"Frames are computed for {_counted(len(derived.victims), 'radar')} of "
         f"{len(derived.radars)}; the scene is traced {_counted(derived.num_snapshots, 'time')}; "
         f"samples and their parts take {derived.memory / 1e6:.3g} MB.\n"
-        f"A run takes roughly {derived.cost:.2g} s on one core; the first run also compiles its "
-        "kernels, which takes a minute.",
+        f"A run takes roughly {derived.cost:.2g} s on one core{_compilation(study)}.",
     )
+
+
+def _compilation(study: Study) -> str:
+    """Part of a sentence on the kernels that are not compiled yet; empty if all are."""
+    from polychirp.kernel_cache import expected_duration, is_enabled, missing
+    from polychirp.study.kernel_parts import PARTS, parts_of
+    from polychirp.study.random_draw import sample_street
+
+    parts = [PARTS[name] for name in missing(parts_of(sample_street(study)))]
+    if not (parts and is_enabled()):
+        return ""
+    duration = expected_duration(parts)
+    return f"; the first one also compiles kernels, which takes {duration:.0f} s or more"
+
+
+def _echoes(derived: Derived) -> Table:
+    """Table of the SNRs of points by the radar equation."""
+    from rich.table import Table
+
+    table = Table(title="echoes of points in free space", title_justify="left")
+    for column in ("radar", "target"):
+        table.add_column(column)
+    for column in ("range", "SNR of a coherent frame"):
+        table.add_column(column, justify="right")
+    for echo in derived.echoes:
+        level = decibels(echo.snr) if echo.snr > 0 else _ABSENT
+        table.add_row(echo.radar, echo.target, f"{echo.range:.2f} m", level)
+    return table
 
 
 def _counted(number: int, noun: str) -> str:
@@ -119,6 +208,8 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "transmitting elements": _code(*radar.code),
         "unambiguous azimuth": _window(radar.azimuth_window),
         "unambiguous elevation": _window(radar.elevation_window),
+        "azimuth resolution (3-dB beam)": _width(radar.azimuth_beamwidth),
+        "elevation resolution (3-dB beam)": _width(radar.elevation_beamwidth),
         "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m"
         if radar.beat_band[1] > 0.0
         else _ABSENT,
@@ -133,6 +224,10 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "peak to average power": f"{10 * math.log10(radar.peak_to_average):.2g} dB"
         if radar.chips_per_ramp
         else _ABSENT,
+        "EIRP of an element": _dbm(radar.eirp),
+        "antenna gain of an element": f"{_level(radar.antenna_gain):.3g} dB",
+        "noise figure": f"{_level(radar.noise_figure):.3g} dB",
+        "noise of a sample, at the antenna": _dbm(radar.sample_noise),
         "receiver": radar.receiver,
         "ramp": _prefixed_span(radar.ramp_duration, "s"),
         "frame": f"{_prefixed_span((radar.frame_duration,) * 2, 's')}, {radar.num_ramps} ramps",
@@ -178,6 +273,22 @@ def _prefixed_span(limits: tuple[float, float], unit: str) -> str:
     fits = (name for name, size in prefixes.items() if limits[1] >= size * (1 - 1e-9))
     prefix = next(fits, list(prefixes)[-1])
     return _span(limits, 1.0 / prefixes[prefix], prefix + unit)
+
+
+def _level(ratio: float) -> float:
+    from polychirp.units import to_db
+
+    return float(to_db(ratio))
+
+
+def _dbm(power: float) -> str:
+    """A power in dBm as text; a dash for none, as of a radar that only receives."""
+    return f"{_level(power) + 30.0:.1f} dBm" if power > 0.0 else _ABSENT
+
+
+def _width(angle: float | None) -> str:
+    """An angle; a dash for an array that does not measure it."""
+    return _ABSENT if angle is None else f"{math.degrees(angle):.3g}°"
 
 
 def _window(angle: float | None) -> str:

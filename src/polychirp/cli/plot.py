@@ -47,7 +47,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "stored", metavar="PATH", help="the folder into which 'run' or 'study' stored its results"
     )
-    parser.add_argument("figures", metavar="FIGURE", nargs="*", help="figures to draw")
+    parser.add_argument("figures", metavar="FIGURE", nargs="*", default=[], help="figures to draw")
     parser.add_argument("--radar", metavar="NAME", help="of a run: draw this radar alone")
     parser.add_argument(
         "--channel", metavar="N", type=int, help="of a run: channel of the spectrogram (default: 0)"

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 
 _LONGEST_RANGE = 30
 """Greatest number of characters of ``--frames``. Chosen: no recording needs as many digits."""
+
+_FORMS: Final = (".npy", ".zarr", ".bin")
+"""Ends of the names of recordings that are read."""
+
 KEPT_FILES: Final = "maps and pictures of finished frames stay in the folder"
 """Part of the message that `cli.app` prints after an interrupt."""
 
@@ -84,6 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
             "example of its parameter file with --describe"
         )
     path = Path(arguments.capture)
+    _refuse_no_recording(path)
     parameters = _parameters(
         Path(arguments.params or path.with_suffix(".toml")),
         arguments.changes,
@@ -122,6 +127,17 @@ def run(arguments: argparse.Namespace) -> int:
         print(_NO_TRUTH)
         say(f"stored in {folder}")
     return 0
+
+
+def _refuse_no_recording(path: Path) -> None:
+    """Refuse what is no recording of a form that is read, before its parameters are asked for."""
+    if path.suffix not in _FORMS:
+        raise InputError(
+            f"'{path}' is no recording; its name must end in "
+            f"{', '.join(_FORMS[:-1])} or {_FORMS[-1]}"
+        )
+    if not path.exists():
+        raise InputError(f"there is no recording '{path}'; check its name and folder")
 
 
 def _parameters(path: Path, changes: Sequence[str], *, is_raw: bool) -> CaptureParameters:
@@ -167,10 +183,8 @@ def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Re
             return open_raw(path, parameters, frames=chosen)
         case ".npy":
             recording = open_numpy(path, parameters, frames=chosen)
-        case ".zarr":
-            recording = from_array(open_zarr(path), parameters, name=path.name, frames=chosen)
         case _:
-            raise InputError(f"'{path}' is no recording; its name must end in .npy, .zarr or .bin")
+            recording = from_array(open_zarr(path), parameters, name=path.name, frames=chosen)
     return recording
 
 

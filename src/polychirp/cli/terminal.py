@@ -1,6 +1,7 @@
 """Common to all commands: text on the terminal, checks of output places, values of options."""
 
 import argparse
+import math
 import os
 import sys
 from pathlib import Path
@@ -46,11 +47,13 @@ def figure_text(text: str) -> str:
 def decibels(ratio: float) -> str:
     """The power ratio in dB, as text; a level that is rounded to zero has no minus sign.
 
-    >>> decibels(0.999), decibels(10.0)
-    ('0.0 dB', '10.0 dB')
+    >>> decibels(0.999), decibels(10.0), decibels(math.nan)
+    ('0.0 dB', '10.0 dB', '–')
     """
     from polychirp.units import to_db
 
+    if math.isnan(ratio):
+        return "–"
     return f"{round(float(to_db(ratio)), 1) + 0.0:.1f} dB"
 
 

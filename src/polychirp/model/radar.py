@@ -11,7 +11,7 @@ from polychirp.model.if_filter import IfFilter
 from polychirp.model.leakage import Bumper, Leakage
 from polychirp.model.oscillator import Oscillator
 from polychirp.spec import Spec
-from polychirp.units import Ratio, SamplesPerSecond, Seconds, Watts, from_db
+from polychirp.units import Ratio, SamplesPerSecond, Seconds, Watts, from_db, need_numbers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +39,7 @@ class Converter(Spec):
     sampling: Literal["complex", "real"] = "complex"
 
     def __post_init__(self) -> None:
+        need_numbers(self, "a converter")
         if not self.sample_rate > 0:
             raise InputError("a converter's sample rate must be positive")
         if self.start < 0 or self.margin < 0:
@@ -91,6 +92,7 @@ class Radar(Spec):
     bumper: Bumper | None = None
 
     def __post_init__(self) -> None:
+        need_numbers(self, f"radar '{self.name}'")
         if not (self.transmit_power >= 0 and self.transmit_gain > 0 and self.receive_gain > 0):
             raise InputError(
                 f"radar '{self.name}' needs a transmit power of 0 W or more and positive gains"

@@ -1,5 +1,6 @@
 """Attribution of detections and floor to echo, interference and noise, through linear steps."""
 
+import math
 from dataclasses import replace
 from typing import Final
 
@@ -199,6 +200,8 @@ def target_levels(
 def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float:
     """Rise of the floor of the range spectra over thermal noise: power ratio, 1 for no rise.
 
+    It is NaN if the mitigation leaves no noise, since it takes every sample out.
+
     The power averaged over channels has a median over range cells, up to the receiver's greatest
     range. The floor is the mean of these medians over ramps; a ghost fills few cells and hardly
     changes it. The floor of interference, leakage, distortion and noise together is divided by
@@ -213,7 +216,7 @@ def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float
             np.median(receiver.steps_of(frame, samples).power)
             for samples in (disturbance, parts.noise)
         ]
-        return float(medians[0] / medians[1])
+        return _over(float(medians[0]), float(medians[1]))
     cleaned = mitigated(receiver.mitigation, frame)
     weight = hann_weights(cleaned.weight)
     size = spectrum_size(frame.times)
@@ -227,7 +230,12 @@ def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float
         medians = [np.median(power[k, inside[k]]) for k in range(power.shape[0])]
         return float(np.mean(medians))
 
-    return floor(cleaned.repair(disturbance)) / floor(cleaned.repair(parts.noise))
+    return _over(floor(cleaned.repair(disturbance)), floor(cleaned.repair(parts.noise)))
+
+
+def _over(power: float, noise: float) -> float:
+    """Ratio of a power to that of noise; NaN without noise."""
+    return power / noise if noise > 0.0 else math.nan
 
 
 def _decoded(

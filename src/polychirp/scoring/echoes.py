@@ -22,10 +22,10 @@ CLUTTER: Final = ("road", "building", "tree", "furniture")
 
 
 class Folds(NamedTuple):
-    r"""How a receiver of equal ramps reports echoes beyond the range rates that it tells apart.
+    r"""Places of echoes beyond the range rates that a receiver of equal ramps tells apart.
 
-    It subtracts a number n of spans from the range rate, and with the beat of a ramp of the slope μ
-    at the frequency f,
+    The receiver subtracts a number n of spans from the range rate, and with the beat of a ramp of
+    the slope μ at the frequency f,
 
     .. math:: f_b = \tfrac2c\,(\mu R + f \dot R),
 

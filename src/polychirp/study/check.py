@@ -9,8 +9,10 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mitigation.base import refuse_unfit
 from polychirp.receiver.selection import refuse_real_samples
 from polychirp.study.limits.access import access_in_vain, refuse_long_frames
+from polychirp.study.limits.beams import gains_beyond_beams
 from polychirp.study.limits.derived_radar import DerivedRadar, derived_radar
 from polychirp.study.limits.frames import refuse_undersampled, refuse_unread
+from polychirp.study.limits.power import PointEcho, point_echoes
 from polychirp.study.limits.problems import problems
 from polychirp.study.limits.radios import (
     folded_beats,
@@ -50,6 +52,9 @@ class Derived:
     radars : every radar, victim or not
     victims : names of the radars whose frames are computed
     targets : names of the targets of each victim
+    echoes : SNRs of the points that are targets of each victim, by the radar equation
+    notes : sentences about values that are used as they are, such as gains that an antenna of the
+        given beam cannot have
     num_snapshots : number of times for which the paths are computed
     is_receiver_chosen : True if the receiver "auto" chose the kind of every radar's receiver
     memory : bytes of the samples of all victims' frames and of their parts
@@ -63,6 +68,8 @@ class Derived:
     radars: tuple[DerivedRadar, ...]
     victims: tuple[str, ...]
     targets: tuple[tuple[str, ...], ...]
+    echoes: tuple[PointEcho, ...]
+    notes: tuple[str, ...]
     num_snapshots: int
     is_receiver_chosen: bool
     memory: int
@@ -94,8 +101,8 @@ def check(study: Study) -> Derived:
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
         for the guard of the receiver's mitigation, an array is ambiguous
         in its elements' beam, transmitting elements are idle, a rule of access does not keep
-        radars apart, a target is out of reach or too fast for the receiver, beats that
-        real samples fold are not filtered out, or a carrier or a mount is implausible.
+        radars apart, a target is out of reach, behind the radar or too fast for the receiver,
+        beats that real samples fold are not filtered out, or a carrier or a mount is implausible.
     """
     try:
         if study.seed >= 0:  # `problems` reports a negative seed
@@ -168,6 +175,12 @@ def _derived(
         radars=radars,
         victims=tuple(victim.name for victim in victims),
         targets=tuple(target_names(study, study.radars[i]) for i in victim_indices(study)),
+        echoes=tuple(
+            echo
+            for i in victim_indices(study)
+            for echo in point_echoes(study, schedules[i], number=i)
+        ),
+        notes=tuple(gains_beyond_beams(study)),
         num_snapshots=int(times.size),
         is_receiver_chosen=study.receiver.kind == "auto",
         memory=sum(victim.memory for victim in victims),

@@ -17,24 +17,25 @@ WORKER: Final = "polychirp.study.warm_up"
 PARTS: Final = {
     part.name: part
     for part in (
-        Part(name="visibility", duration=14.0, kernels=51),
-        Part(name="bounces", duration=27.0, kernels=79),
-        Part(name="facets", duration=29.0, kernels=68),
-        Part(name="synthesis", duration=15.0, kernels=45),
-        Part(name="codes", duration=8.0, kernels=14),
-        Part(name="bundles", duration=13.0, kernels=16),
-        Part(name="edges", duration=13.0, kernels=43),
+        Part(name="visibility", duration=23.0, kernels=51),
+        Part(name="bounces", duration=53.0, kernels=128),
+        Part(name="facets", duration=54.0, kernels=104),
+        Part(name="synthesis", duration=44.0, kernels=46),
+        Part(name="codes", duration=2.0, kernels=1),
+        Part(name="bundles", duration=22.0, kernels=17),
+        Part(name="edges", duration=21.0, kernels=43),
         Part(name="tables", duration=1.0, kernels=1),
-        Part(name="targets", duration=1.0, kernels=4),
-        Part(name="profiles", duration=2.0, kernels=2),
-        Part(name="range-Doppler", duration=2.0, kernels=1),
-        Part(name="coherent", duration=30.0, kernels=45),
+        Part(name="targets", duration=1.0, kernels=1),
+        Part(name="profiles", duration=1.0, kernels=1),
+        Part(name="range-Doppler", duration=1.0, kernels=1),
+        Part(name="coherent", duration=88.0, kernels=76),
         Part(name="point vehicles", duration=4.0, kernels=5),
     )
 }
-"""All parts, in the order of compilation: bounces and facets use kernels of visibility. Durations,
-in s of one core, are estimates from runs on a busy machine, and numbers of kernels are counted;
-only the announcement and the progress use them."""
+"""All parts, in the order of compilation: bounces and facets use kernels of visibility. Durations
+are the CPU time, s, that one worker took for all parts on a busy machine; kernels are counted in
+the same run, in which a part compiles what those before it left. Only the announcement and the
+progress use them."""
 
 OF_PAPER: Final = tuple(
     name for name in PARTS if name not in ("point vehicles", "range-Doppler", "codes")

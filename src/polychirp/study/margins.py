@@ -41,7 +41,7 @@ def gate_for(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray)
 
 
 def folds_of(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray) -> Folds:
-    """How echoes appear whose range rate is beyond the span that a receiver of chirps tells apart.
+    """Places of echoes whose range rate is beyond the span that a receiver of chirps tells apart.
 
     Other receivers search to a greatest speed, and fold nothing within it.
     """

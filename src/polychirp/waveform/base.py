@@ -1,12 +1,12 @@
 """Interface of waveform families: every waveform becomes a `RampSchedule`."""
 
 import math
-from numbers import Real
 from typing import Final, Protocol, runtime_checkable
 
 from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
+from polychirp.units import need_number
 
 MOST_CHIPS: Final = 1 << 25
 """Greatest number of drawn chips of a schedule; chosen: they take half a GiB."""
@@ -43,13 +43,9 @@ def need_few_chips(num_chips: int, num_sweeps: int) -> None:
         )
 
 
-def _need_number(owner: str, name: str, value: object) -> None:
-    """Refuse a quantity with its unit, which study files alone can have."""
-    if not isinstance(value, Real):
-        raise InputError(
-            f"{owner} needs a number in SI units as {name}, not {value!r}; quantities with units "
-            "are read from study files alone"
-        )
+def _need_finite(owner: str, name: str, value: float) -> None:
+    """Refuse a quantity with its unit, and an infinite number."""
+    need_number(owner, name, value)
     if math.isinf(value):
         raise InputError(f"{owner} needs a finite {name}, not {value!r}")
 
@@ -57,7 +53,7 @@ def _need_number(owner: str, name: str, value: object) -> None:
 def need_positive(owner: str, **values: float) -> None:
     """Refuse values that are not positive; the message names ``owner`` and the value."""
     for name, value in values.items():
-        _need_number(owner, name, value)
+        _need_finite(owner, name, value)
         if not value > 0:
             raise InputError(f"{owner} needs a positive {name}, not {value:g}")
 
@@ -65,7 +61,7 @@ def need_positive(owner: str, **values: float) -> None:
 def need_not_negative(owner: str, **values: float) -> None:
     """Refuse negative values; the message names ``owner`` and the value."""
     for name, value in values.items():
-        _need_number(owner, name, value)
+        _need_finite(owner, name, value)
         if not value >= 0:
             raise InputError(f"{owner} cannot have a negative {name}; use 0 or more")
 
@@ -73,8 +69,8 @@ def need_not_negative(owner: str, **values: float) -> None:
 def need_limits(owner: str, **limits: tuple[float, float]) -> None:
     """Refuse limits that are inverted or not positive; the message names ``owner`` and them."""
     for name, (lowest, highest) in limits.items():
-        _need_number(owner, f"lower limit of {name}", lowest)
-        _need_number(owner, f"upper limit of {name}", highest)
+        _need_finite(owner, f"lower limit of {name}", lowest)
+        _need_finite(owner, f"upper limit of {name}", highest)
         if not lowest > 0:
             raise InputError(f"{owner} needs a positive lower limit of {name}, not {lowest:g}")
         if not lowest <= highest:

@@ -35,6 +35,18 @@ def test_values_are_read_in_si():
     assert read.axes == ("ramp", "fast")
 
 
+def test_a_file_of_another_kind_has_the_known_keys_listed_once():
+    """All its unknown keys are named, each on its line."""
+    with pytest.raises(InputError) as caught:
+        parameters_from(table(name="study", victims=["front"], street={}), name="study.toml")
+    said = str(caught.value)
+    assert said.count("known are start_frequency, slope") == 1
+    assert said.splitlines()[1:] == [
+        "study.toml: victims: unknown key",
+        "study.toml: street: unknown key",
+    ]
+
+
 def test_the_template_reads(tmp_path: Path):
     path = tmp_path / "walk.toml"
     path.write_text(TEMPLATE, encoding="utf-8")

@@ -175,12 +175,13 @@ def test_what_a_radar_does_not_measure_is_null_in_the_summary_for_machines(
     def of_one_channel(study, number):
         victim = whole(study, number)
         unknown = np.full(len(victim.truth.name), np.nan)
-        return replace(victim, score=replace(victim.score, width=unknown))
+        return replace(victim, score=replace(victim.score, width=unknown, floor_rise=np.nan))
 
     monkeypatch.setitem(globals(), "silent_victim", of_one_channel)
     assert main(quick("--json", "--out", "here")) == 0
     summary = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert summary["victims"][0]["extents"]["oncoming"]["width"] is None
+    assert summary["victims"][0]["floor_rise"] is None
 
 
 def test_detections_that_the_receiver_left_out_are_told(trial, capsys, monkeypatch):

@@ -59,6 +59,11 @@ def refusal(**changes: object) -> list[str]:
             "waveform.idl: unknown key; did you mean 'idle'?",
         ),
         (
+            # "direction" only shares its ending
+            {"waveform": {"kind": "sawtooth", "repetition": "1 ms"}},
+            "waveform.repetition: unknown key; known are kind, start_frequency, bandwidth",
+        ),
+        (
             {"waveform": {"kind": "triangular", "order": "up-frist"}},
             "waveform.order: 'up-frist' is not one of its values; did you mean 'up-first'?",
         ),

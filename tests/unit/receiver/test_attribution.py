@@ -1,5 +1,7 @@
 """Attribution of a receiver's detections to parts of the signal."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,13 +12,14 @@ from polychirp.receiver.clustering import Body
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.signal_model.point_signal import (
     beat_phase,
     hann_weights,
     matched_amplitudes,
 )
 from polychirp.rng import Streams
-from polychirp.waveform import DiverseTriangular
+from polychirp.waveform import DiverseTriangular, Sawtooth
 from tests.support.points import HandPoint, frame_of
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=4, streams=Streams(2))
@@ -140,6 +143,19 @@ def test_bursts_lift_the_floor_and_mitigation_takes_that_away(mitigation):
     frame, parts = dissected(burst=1e4, ghost_power=0.0)
     assert floor_rise(CoherentReceiver(), frame, parts) > 1e3
     assert floor_rise(CoherentReceiver(mitigation=mitigation), frame, parts) < 1.5
+
+
+@pytest.mark.parametrize(
+    "receiver", [CoherentReceiver(), RangeDoppler(greatest_range=30.0)], ids=["coherent", "fft"]
+)
+def test_a_frame_of_which_nothing_is_left_has_no_detections_and_no_floor(receiver):
+    equal = Sawtooth(bandwidth=1e9).schedule(num_sweeps=16, streams=Streams(1))
+    frame = frame_of(equal, [HandPoint(range=9.0, power=1e4)])
+    samples = np.stack([frame.samples, frame_of(equal, []).samples])
+    parts = IfParts(samples=samples, names=("echo", "noise"))
+    blanked = replace(receiver, mitigation=Blanking(guard=1.0, factor=1.1))
+    assert blanked.detect(frame).num_detections == 0
+    assert np.isnan(floor_rise(blanked, frame, parts))
 
 
 @pytest.mark.parametrize("mitigation", METHODS)

@@ -237,23 +237,41 @@ def test_a_sum_of_tones_is_restored_whatever_was_removed():
         assert np.abs(kept - samples).max() > 0.5
 
 
+def noise_alone(*, num_channels, num_ramps, length, is_real=False):
+    """A frame of white noise on equal ramps."""
+    draw, k = np.random.default_rng(7), np.arange(num_ramps)
+    ramps = RampSchedule(
+        start_time=k * 160e-6, duration=0 * k + 155e-6, start_frequency=0 * k + 77e9,
+        slope=0 * k + 1e13, start_phase=0 * k, sweep=k,
+    )  # fmt: skip
+    times = SampleTimes(first=ramps.start_time, num_samples=0 * k + length, rate=10e6)
+    samples = draw.normal(size=(2, num_channels, num_ramps, length))
+    noise = samples[0] + (0 if is_real else 1j) * samples[1]
+    return IfFrame(
+        samples=noise.astype(complex), times=times, schedule=ramps,
+        array=AntennaArray(num_channels=num_channels),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("length", [64, 96, 128, 192, 256, 512, 1024])
+@pytest.mark.parametrize("num_channels", [1, 4])
+def test_ramps_of_two_windows_or_more_keep_the_stated_rate(num_channels, length):
+    """A whole number of independent slices gave 0.03 to 4.9 times the stated rate.
+
+    Some 1200 crossings, of which those of overlapping cells come together: 30 % are 5 standard
+    deviations. Two windows have little that is not the cell's own, and are hit more rarely.
+    """
+    frame = noise_alone(num_channels=num_channels, num_ramps=150_000 // length, length=length)
+    found = StftExcision(false_alarm_probability=1e-3).hit_cells(frame).mean() / 1e-3
+    assert (0.5 if length < 96 else 0.7) < found < 1.3
+
+
 @pytest.mark.parametrize("is_real", [False, True])
 @pytest.mark.parametrize("num_channels", [1, 4])
 def test_noise_exceeds_the_thresholds_as_rarely_as_stated(num_channels, is_real):
     """In every row: of real samples, those at zero and at half the sample rate have half a look."""
-    stated, draw = 1e-3, np.random.default_rng(7)
-    k = np.arange(200)
-    ramps = RampSchedule(
-        start_time=k * 60e-6, duration=0 * k + 55e-6, start_frequency=0 * k + 77e9,
-        slope=0 * k + 1e13, start_phase=0 * k, sweep=k,
-    )  # fmt: skip
-    times = SampleTimes(first=ramps.start_time, num_samples=0 * k + 512, rate=10e6)
-    samples = draw.normal(size=(2, num_channels, 200, 512))
-    noise = samples[0] + (0 if is_real else 1j) * samples[1]
-    frame = IfFrame(
-        samples=noise.astype(complex), times=times, schedule=ramps,
-        array=AntennaArray(num_channels=num_channels),
-    )  # fmt: skip
+    stated = 1e-3
+    frame = noise_alone(num_channels=num_channels, num_ramps=200, length=512, is_real=is_real)
     hit = StftExcision(false_alarm_probability=stated).hit_cells(frame)
     rows = hit.mean(axis=(0, 2)) / stated
     assert rows.mean() < 2.0

@@ -1,5 +1,6 @@
 """Derived physics of a study, by hand."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -11,7 +12,7 @@ from polychirp.channel.tracers.sionna import SionnaRt
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, InputError, ModelWarning, PhysicsError
 from polychirp.frames import Pose
-from polychirp.model.antenna import AntennaArray
+from polychirp.model.antenna import AntennaArray, ElementPattern
 from polychirp.model.front_end import Digitiser, FrontEnd, HighPass
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.leakage import Bumper
@@ -20,6 +21,7 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation import RampMinimum
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.study.check import check
+from polychirp.study.limits.beams import directivity
 from polychirp.study.limits.targets import targets_out_of_reach
 from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import (
@@ -35,6 +37,7 @@ from polychirp.study.spec import (
 )
 from polychirp.study.trial import Trial, run_trial
 from polychirp.traffic.street import Building, Point, Street, Vehicle
+from polychirp.units import from_db
 from polychirp.waveform import (
     DiverseTriangular,
     DopplerDivision,
@@ -211,7 +214,7 @@ def test_a_target_beyond_the_span_of_turns_is_too_fast_for_one_channel(num_chann
     study = replace(study, receiver=replace(study.receiver, greatest_range=60.0))
     sentences = list(targets_out_of_reach(study, schedules_of(study)))
     assert len(sentences) == (num_channels == 1)
-    assert all("another speed" in sentence for sentence in sentences)
+    assert all("it may appear with another speed" in sentence for sentence in sentences)
 
 
 def test_diverse_ramps_give_limits_instead_of_values():
@@ -286,6 +289,19 @@ def test_beats_that_a_radar_cannot_sample_are_refused(change):
         check(replace(STUDY, radars=(replace(FRONT, **change),)))
 
 
+def test_beats_above_a_megahertz_are_told_in_megahertz():
+    """2 · 500 m · 1e13 Hz/s / c = 33.36 MHz."""
+    study = post_at(
+        20.0,
+        waveform=Sawtooth(bandwidth=300e6, ramp_duration=30e-6),
+        converter=Converter(sample_rate=25e6, start=3e-6, margin=1e-6),
+        if_filter=IfFilter(passband=11e6, stopband=12.5e6),
+    )
+    study = replace(study, receiver=replace(study.receiver, greatest_range=500.0))
+    with pytest.raises(PhysicsError, match=r"beat at 33\.36 MHz .* no more than 12\.5 MHz; "):
+        check(study)
+
+
 def test_a_problem_of_one_radars_place_names_that_radar():
     inside = replace(OTHER, mount=Pose(z=0.6))
     with pytest.raises(InputError, match=r"radars\.1\.mount: radar 'other' is inside 'car'"):
@@ -327,6 +343,128 @@ def test_a_result_is_asked_for_by_a_name_there_is():
     assert trial.victim("front").name == "front"
     with pytest.raises(InputError, match=r"no victim 'frnt'; there is 'front'"):
         trial.victim("frnt")
+
+
+def post_at(x: float, y: float = 0.0, z: float = 0.5, **changes) -> Study:
+    """`STUDY` in free space with the radar "front" alone, 2.4 m before 0, and a point."""
+    point = Point(name="post", x=x, y=y, z=z, rcs=1.0)
+    street = Street(vehicles=STUDY.street.vehicles[:1], points=(point,))
+    radar = replace(FRONT, **changes)
+    return replace(
+        STUDY,
+        street=street,
+        radars=(radar,),
+        targets=("post",),
+        tracer=FreeSpace(),
+        num_sweeps=2,
+    )
+
+
+@pytest.mark.parametrize("sampling", ["complex", "real"])
+@pytest.mark.parametrize("num_transmitters", [1, 2])
+def test_the_snr_of_a_point_is_that_of_its_traced_echo(sampling, num_transmitters):
+    """The radar equation against paths, links and filter; a frame moves by less than 0.1 dB."""
+    study = post_at(
+        15.0,
+        2.0,
+        1.5,
+        waveform=Sawtooth(bandwidth=1e9, ramp_duration=1e-3),
+        coding=None if num_transmitters == 1 else TimeDivision(),
+        array=AntennaArray(num_transmitters=num_transmitters),
+        converter=Converter(sampling=sampling, sample_rate=2e6),
+    )
+    study = replace(study, num_sweeps=16, receiver=RangeDoppler())
+    (echo,) = check(study).echoes
+    (traced,) = run_trial(study).victim("front").score.echo_snr
+    assert 10 * np.log10(echo.snr / traced) == pytest.approx(0.0, abs=0.1)
+    assert (echo.radar, echo.target) == ("front", "post")
+    assert echo.range == pytest.approx(np.sqrt(12.6**2 + 2.0**2 + 1.0))
+
+
+def test_the_powers_of_a_radar_are_those_of_a_link_budget_by_hand():
+    """12 dBm, 9 dB and 16 dB radiate 37 dBm; −174 dBm/Hz, 11 dB and 2·0.5 MHz leave −103 dBm."""
+    pattern = replace(FRONT.array.pattern, peak_gain=from_db(16.0))
+    radar = replace(
+        FRONT,
+        transmit_power=from_db(12.0 - 30.0),
+        noise_figure=from_db(11.0),
+        array=replace(FRONT.array, pattern=pattern),
+        if_filter=IfFilter(passband=0.45e6, stopband=0.55e6),
+    )
+    found = check(replace(STUDY, radars=(radar,))).radars[0]
+    assert 10 * np.log10(found.eirp) + 30 == pytest.approx(37.0, abs=1e-9)
+    assert 10 * np.log10(found.sample_noise) + 30 == pytest.approx(-103.0, abs=0.2)
+    assert (found.antenna_gain, found.noise_figure) == (pattern.peak_gain, radar.noise_figure)
+
+
+def test_the_resolution_in_azimuth_is_the_beam_of_all_virtual_elements():
+    """0.886 λ/(N d), with N = 24 at half a wavelength; a row measures no elevation."""
+    study = equal_chirps(TimeDivision(), num_channels=8)
+    found = check(study).radars[0]
+    wavelength, spacing = SPEED_OF_LIGHT / 77.2e9, study.radars[0].array.spacing
+    assert found.azimuth_beamwidth == pytest.approx(0.886 * wavelength / (24 * spacing), rel=5e-3)
+    assert found.elevation_beamwidth is None
+
+
+def test_a_gain_that_no_antenna_of_the_beam_has_is_noted_once():
+    """The paper has 27 dB and a beam of 160° by 20°, which has 10.6 dB."""
+    (note,) = check(STUDY).notes
+    assert "peak_gain of 'front' and 1 more is 27 dB" in note
+    assert "10.6 dB at most" in note
+    pattern = replace(FRONT.array.pattern, peak_gain=from_db(10.6))
+    modest = replace(FRONT, array=replace(FRONT.array, pattern=pattern))
+    assert check(replace(STUDY, radars=(modest,))).notes == ()
+
+
+@pytest.mark.parametrize("widths", [(160.0, 20.0), (60.0, 12.0), (3.0, 4.0), (300.0, 250.0)])
+def test_the_directivity_is_that_of_the_pattern_over_the_sphere(widths):
+    """4π/∫g dΩ by random directions of equal density; a narrow Gaussian has 16 ln 2/(φθ)."""
+    azimuth, elevation = np.radians(widths)
+    pattern = ElementPattern(
+        peak_gain=7.0, azimuth_beamwidth=azimuth, elevation_beamwidth=elevation, floor=1e-9
+    )
+    draw = np.random.default_rng(1)
+    towards = draw.normal(size=(2_000_000, 3))
+    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+    mean = float(np.mean(pattern.gain(towards))) / 7.0
+    assert directivity(pattern) == pytest.approx(1.0 / mean, rel=0.05)
+    if max(widths) < 10:
+        narrow = 16.0 * np.log(2.0) / (azimuth * elevation)
+        assert directivity(pattern) == pytest.approx(narrow, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("place", "yaw", "said"),
+    [
+        ((-20.0, 0.0, 0.5), 0.0, r"'post' is behind 'front', .* 30 dB weaker; check mount\.yaw"),
+        ((20.0, 0.0, 0.5), np.pi, r"'post' is behind 'front'"),
+        ((8.0, 0.0, 6.0), 0.0, r"'post' is beside the beam of 'front', at 0° .* and 44° of elev"),
+        ((20.0, 0.0, 0.5), 0.0, None),
+        ((-20.0, 0.0, 0.5), np.pi, None),
+    ],
+)
+def test_a_target_that_the_beam_does_not_reach_is_named(place, yaw, said):
+    """The gain behind a beam of 160° is 12 · (180/160)² = 15 dB below its maximum, each way."""
+    mount = replace(BUMPER, yaw=yaw)
+    study = post_at(*place, mount=mount)
+    notes = list(targets_out_of_reach(study, schedules_of(study)))
+    assert len(notes) == (said is not None)
+    assert said is None or re.search(said, notes[0])
+
+
+def test_a_vehicle_beside_a_radar_is_not_behind_it():
+    """Its middle is 2 m behind the radar, and its front before it."""
+    beside = replace(STUDY.street.vehicles[1], x=0.4, y=3.5)
+    street = Street(vehicles=(STUDY.street.vehicles[0], beside))
+    study = replace(STUDY, street=street, radars=(FRONT,), targets=("car",))
+    assert not list(targets_out_of_reach(study, schedules_of(study)))
+    followed = replace(street, vehicles=(street.vehicles[0], replace(beside, x=-0.4)))
+    (note,) = targets_out_of_reach(replace(study, street=followed), schedules_of(study))
+    assert note.startswith("'car' is behind 'front'")
+
+
+def test_a_body_behind_a_radar_is_no_surprise_if_no_targets_are_named():
+    assert not list(targets_out_of_reach(STUDY, schedules_of(STUDY)))
 
 
 def test_targets_that_no_victim_can_report_are_named():

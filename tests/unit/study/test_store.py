@@ -227,6 +227,13 @@ def test_the_hash_of_a_stored_study_is_read_without_its_arrays(stored, tmp_path)
     assert stored_hash(tmp_path / "nothing") is None
 
 
+def test_a_run_is_found_in_the_folder_of_its_command(stored):
+    """``run`` stores ``run.zarr`` in its folder, and users name the folder."""
+    assert [one.name for one in load_run(stored.parent).victims] == [
+        one.name for one in load_run(stored).victims
+    ]
+
+
 def test_a_folder_without_a_run_is_refused(tmp_path):
     with pytest.raises(InputError, match="there is no run in"):
         load_run(tmp_path / "nothing")

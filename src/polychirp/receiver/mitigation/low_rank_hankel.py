@@ -65,15 +65,20 @@ class LowRankHankel(Spec):
     def mitigate(self, frame: IfFrame) -> Mitigated:
         """The frame's samples with tones in place of interference."""
         present = frame.times.is_sample
+        is_real = not np.any(frame.samples.imag)
         fitted = []
         for k, length in enumerate(frame.times.num_samples):
             line = frame.samples[:, k, :length]
             pole, hit = separate(line, rank=self.rank, iterations=self.iterations)
             if hit.any() and pole.size and np.count_nonzero(~hit) >= 2 * pole.size:
                 good = np.flatnonzero(~hit)
-                fit = np.linalg.pinv(powers(pole, good), rcond=LEAST_SINGULAR)
+                fit = np.asarray(np.linalg.pinv(powers(pole, good), rcond=LEAST_SINGULAR))
                 put = np.flatnonzero(hit) if self.replaces == "hit" else np.arange(hit.size)
-                fitted.append((k, good, put, fit, powers(pole, put)))
+                tone = powers(pole, put)
+                if is_real:  # the real part of the map: rounding parts a pole from its conjugate
+                    fit = np.concatenate([0.5 * fit, 0.5 * fit.conj()])
+                    tone = np.concatenate([tone, tone.conj()], axis=1)
+                fitted.append((k, good, put, fit, tone))
 
         def repair(samples: ComplexArray) -> ComplexArray:
             out = samples * present

@@ -60,6 +60,17 @@ class Lines(NamedTuple):
     missing: ComplexArray
     fit: ComplexArray
 
+    def real(self) -> Lines:
+        """The real part of the map, as real samples need: each line with its conjugate, halved.
+
+        The excision's matrix must be real.
+        """
+        return Lines(
+            tone=np.concatenate([self.tone, self.tone.conj()], axis=1),
+            missing=np.concatenate([self.missing, self.missing.conj()], axis=1),
+            fit=np.concatenate([0.5 * self.fit, 0.5 * self.fit.conj()]),
+        )
+
 
 def excision_matrix(transform: ShortTimeFFT, gain: FloatArray, length: int) -> ComplexArray:
     """Matrix P of an excision on a ramp of ``length`` samples, ``(fast, fast)``.

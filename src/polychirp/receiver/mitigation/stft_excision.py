@@ -11,8 +11,8 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.detection.cfar import ordered_statistic_factor
 from polychirp.receiver.mitigation.base import Mitigated
+from polychirp.receiver.mitigation.row_median import median_factors
 from polychirp.receiver.mitigation.steady_lines import Lines, excision_matrix, steady_lines
 from polychirp.spec import Spec
 from polychirp.units import Between
@@ -43,10 +43,12 @@ class StftExcision(Spec):
     An echo is a steady row of a ramp's time-frequency plane; a crossing interferer is a ridge that
     passes each row once. A cell is hit if its mean power over the channels exceeds a multiple of
     the median of its row; its neighbours in frequency are then hit too. The multiple is that of an
-    ordered-statistic CFAR over the row's independent slices (Rohling 1983), so that white noise
-    exceeds it with ``false_alarm_probability``. A burst that is weaker than the echoes is found in
-    the rows beside theirs. A slice with more than half of its rows hit is removed as a whole, and
-    the weight of its samples falls. Zeroing and levelling are after J. Wang (2022).
+    ordered-statistic CFAR over the row's overlapping slices (`median_factors`), so that white noise
+    exceeds it with ``false_alarm_probability``, to a third on ramps of three windows or more. Ramps
+    of two windows have 0.6 times this rate, and those of one and a half 0.1 times: the median then
+    holds the cell's own power, and weak bursts are missed. A burst that is weaker than the echoes
+    is found in the rows beside theirs. A slice with more than half of its rows hit is removed as a
+    whole, and the weight of its samples falls. Zeroing and levelling are after J. Wang (2022).
 
     Where much of a ramp is removed, and not the same part of every ramp, echoes are interrupted by
     gaps that change from ramp to ramp, which spreads strong echoes over range and speed: zeroed or
@@ -149,7 +151,8 @@ class StftExcision(Spec):
         length = int(frame.times.num_samples[ramp])
         matrix = excision_matrix(self._transform(), gain, length)
         kept = frame.samples[:, ramp, :length] @ matrix.T
-        return steady_lines(kept, matrix, gain.mean(axis=1)), kept
+        lines = steady_lines(kept, matrix, gain.mean(axis=1))
+        return (lines if np.any(frame.samples.imag) else lines.real()), kept
 
     def _ridges(self, power: FloatArray, length: int, looks: FloatArray) -> BoolArray:
         """Mask of the cells ``(frequency, slice)`` of a ramp without lines that contain a burst.
@@ -162,12 +165,13 @@ class StftExcision(Spec):
         first, last = whole_slices(transform, length)
         if last <= first:
             return np.zeros(power.shape, dtype=np.bool_)
-        share = np.maximum(_energy_inside(transform, length, power.shape[1]), 1e-6)
+        inside = np.maximum(_energy_inside(transform, length, power.shape[1]), 1e-6)
         median = np.median(power[:, first:last], axis=1, keepdims=True)
-        ratio = power / (share * np.maximum(median, 1e-300))
+        ratio = power / (inside * np.maximum(median, 1e-300))
+        beyond = ((0, 0), (first, power.shape[1] - last))
         high, low = (
-            self._factors(last - first, looks, probability)
-            for probability in (self.false_alarm_probability, CONNECTED)
+            np.pad(median_factors(last - first, looks, probability=share), beyond, mode="edge")
+            for share in (self.false_alarm_probability, CONNECTED)
         )
         rows = len(ratio)
         # the first row follows the last one
@@ -244,27 +248,9 @@ class StftExcision(Spec):
         """Mask of a ramp's cells ``(frequency, slice)`` whose power exceeds the threshold.
 
         ``looks`` is the number of independent looks in a cell of each row, ``(frequency,)``.
-
-        Slices that overlap a cell with a burst contain the burst too and are no reference for the
-        cell: the median of all slices has a higher rank among the others.
         """
-        factor = self._factors(power.shape[1], looks, self.false_alarm_probability)
+        factor = median_factors(power.shape[1], looks, probability=self.false_alarm_probability)
         return np.asarray(power > factor * np.median(power, axis=1, keepdims=True))
-
-    def _factors(self, slices: int, looks: FloatArray, probability: float) -> FloatArray:
-        """Multiples of each row's median that noise exceeds with a probability, ``(row, 1)``."""
-        transform = self._transform()
-        number = independent_slices(transform, slices)
-        others = number - independent_slices(transform, 2 * HOPS_PER_WINDOW - 1)
-        rank = (number + 1) // 2
-        kinds, of_row = np.unique(looks, return_inverse=True)
-        factors = [
-            ordered_statistic_factor(
-                max(others, rank), rank, false_alarm_probability=probability, num_looks=kind
-            )
-            for kind in kinds.tolist()
-        ]
-        return np.array(factors)[of_row.reshape(-1), None]
 
     def _cut(self, power: FloatArray, above: BoolArray) -> FloatArray:
         """Amplitude factor of each cell of a ramp; ``above``: mask of cells above the threshold."""
@@ -272,7 +258,7 @@ class StftExcision(Spec):
         level = np.zeros_like(power)
         if self.cells == "levelled":
             median = np.median(power, axis=1, keepdims=True)
-            level = np.sqrt(median / np.maximum(power, median))
+            level = np.sqrt(median / np.maximum(np.maximum(power, median), 1e-300))
         cut = np.where(hit, level, 1.0)
         cut[:, np.mean(hit, axis=0) > MOST_ROWS_HIT] = 0.0
         return cut
@@ -306,24 +292,6 @@ def whole_slices(transform: ShortTimeFFT, length: int) -> tuple[int, int]:
     first = -(-transform.m_num_mid // transform.hop)
     last = (length - (transform.m_num - transform.m_num_mid)) // transform.hop
     return first - transform.p_min, last + 1 - transform.p_min
-
-
-def independent_slices(transform: ShortTimeFFT, number: int) -> int:
-    r"""Number of independent slices that are equivalent to ``number`` overlapping ones.
-
-    .. math:: n \Big/ \Big(1 + 2\sum_l \rho_l\Big), \qquad
-              \rho_l = \frac{\left(\sum_n w_n w_{n+lh}\right)^2}{\left(\sum_n w_n^2\right)^2}
-
-    with the window w and the hop h. The mean of so many independent powers has the same variance as
-    the mean of powers that have the correlation ρ_l if they are l slices apart.
-    """
-    window = np.asarray(transform.win, dtype=np.float64)
-    energy = float(np.sum(window**2))
-    shared = [
-        float(np.sum(window[lag:] * window[:-lag])) / energy
-        for lag in range(transform.hop, window.size, transform.hop)
-    ]
-    return max(1, round(number / (1.0 + 2.0 * sum(share**2 for share in shared))))
 
 
 def _energy_inside(transform: ShortTimeFFT, length: int, slices: int) -> FloatArray:

@@ -148,7 +148,7 @@ def _names_of_targets(truth: Truth, score: Score) -> list[Label]:
 
 
 def _result(score: Score, target: int) -> tuple[str, str]:
-    """What follows a target's name, and its colour."""
+    """Text that follows a target's name, and its colour."""
     if score.is_detected[target]:
         return "", GREEN
     return (", missed", VERMILION) if score.is_in_sight[target] else (", out of sight", GREY)

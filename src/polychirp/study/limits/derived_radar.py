@@ -30,6 +30,8 @@ from polychirp.receiver.selection import (
 from polychirp.receiver.signal_model.transmit_codes import virtual_channels
 from polychirp.receiver.stepped.chain import MfskReceiver
 from polychirp.receiver.stepped.staircase import unreadable as unstepped
+from polychirp.study.limits.beams import half_power_width
+from polychirp.study.limits.power import eirp, sample_noise
 from polychirp.study.limits.size import frame_bytes
 from polychirp.study.spec import StudyRadar
 
@@ -71,6 +73,13 @@ class DerivedRadar:
     azimuth_window, elevation_window : rad, greatest azimuth and elevation to either side that the
         virtual array tells apart (`angle.ambiguity.unambiguous_window`); None if it does not
         measure them
+    azimuth_beamwidth, elevation_beamwidth : rad, width of the virtual array's beam at half of its
+        power (`limits.beams`), about the distance at which two equal targets are resolved; None if
+        the array does not measure the angle or is too small
+    eirp : W, radiated by one transmitting element at the maximum of its beam, over isotropic
+    antenna_gain : ratio over isotropic, of an element at the maximum of its beam
+    noise_figure : ratio
+    sample_noise : W, thermal noise of a sample, referred to the antenna's output (`limits.power`)
     chips_per_ramp : number of chips within a ramp, with repetitions; 0 without a code
     peak_to_average : ratio of the greatest to the mean power while a ramp lasts
     receiver : kind of the receiver of its frame
@@ -97,6 +106,12 @@ class DerivedRadar:
     frame_duration: float
     azimuth_window: float | None
     elevation_window: float | None
+    azimuth_beamwidth: float | None
+    elevation_beamwidth: float | None
+    eirp: float
+    antenna_gain: float
+    noise_figure: float
+    sample_noise: float
     chips_per_ramp: int
     peak_to_average: float
     receiver: str
@@ -125,6 +140,7 @@ def derived_radar(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiv
     window = Window(None, None)  # of an array whose lobes would take too long to find
     if not too_large(elements):
         window = unambiguous_window(elements, estimator=angle_estimator(chosen))
+    widths = [half_power_width(elements, axis) for axis in (0, 1)]
     return DerivedRadar(
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
@@ -140,6 +156,12 @@ def derived_radar(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiv
         frame_duration=frame_duration,
         azimuth_window=window.azimuth,
         elevation_window=window.elevation,
+        azimuth_beamwidth=widths[0],
+        elevation_beamwidth=widths[1],
+        eirp=eirp(radar),
+        antenna_gain=radar.array.pattern.peak_gain,
+        noise_figure=radar.noise_figure,
+        sample_noise=sample_noise(radar),
         chips_per_ramp=_num_chips(schedule),
         peak_to_average=1.0 if schedule.code is None else 1.0 / schedule.code.mean_power,
         receiver=chosen.kind,

@@ -21,10 +21,17 @@ def refuse_undersampled(
     if derived.beat_band[1] > limit:
         raise PhysicsError(
             f"radars.{number}: echoes from {study.receiver.greatest_range:g} m, the receiver's "
-            f"greatest range, beat at {derived.beat_band[1] / 1e3:.4g} kHz on the steepest ramp, "
-            f"and '{radar.name}' samples no more than {limit / 1e3:.4g} kHz; use slower ramps, "
-            "less bandwidth, a smaller range or a faster converter"
+            f"greatest range, beat at {_hertz(derived.beat_band[1])} on the steepest ramp, "
+            f"and '{radar.name}' samples no more than {_hertz(limit)}; use slower ramps, less "
+            "bandwidth, a smaller range or a faster converter"
         )
+
+
+def _hertz(frequency: float) -> str:
+    """A frequency as text, in MHz from 1 MHz on and in kHz below."""
+    if frequency >= 1e6:
+        return f"{frequency / 1e6:.4g} MHz"
+    return f"{frequency / 1e3:.4g} kHz"
 
 
 def refuse_unread(study: Study, schedule: RampSchedule, *, number: int) -> None:

@@ -1,4 +1,4 @@
-"""Targets that a receiver cannot report: without an echo, too far away, too near or too fast."""
+"""Targets that a receiver cannot report: without an echo, too far, too near, behind, too fast."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from polychirp.axes import FloatArray
+from polychirp.frames import direction_angles
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.decoding.chain import Decoding
@@ -15,10 +16,12 @@ from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.receiver.stepped.chain import MfskReceiver
 from polychirp.receiver.stepped.staircase import unreadable
+from polychirp.study.limits.power import place_of
 from polychirp.study.spec import Study, StudyRadar, target_names, victim_indices
 from polychirp.traffic.road_users import RoadUser
 from polychirp.traffic.street import Point, Vehicle
 from polychirp.traffic.vehicle import vehicle_size
+from polychirp.units import to_db
 
 Body = Vehicle | Point | RoadUser
 """A possible target."""
@@ -41,10 +44,11 @@ def targets_without_echo(study: Study) -> Iterator[str]:
 
 
 def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
-    """A sentence for each target out of every victim's range, or too fast for one of them.
+    """A sentence for each target out of every victim's range or beam, or too fast for one of them.
 
-    Range and range rate are those of the middle of a vehicle at 0 s, less half its length for the
-    range.
+    Range, range rate and direction are those of the middle of a vehicle at 0 s, less half its
+    length for the range. A vehicle is behind a radar if all of it is. Only targets that the study
+    names are reported as out of the beam.
     """
     bodies = _bodies(study)
     far: dict[str, str] = {}
@@ -68,6 +72,11 @@ def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Ite
                     f"'{name}' is {distance:.3g} m from '{radar.name}', nearer than the receiver's "
                     f"least range of {least:g} m; lower receiver.least_range"
                 )
+                continue
+            # where no targets are named, all bodies are, and some are behind each radar
+            out_of_beam = _out_of_beam(radar, bodies, bodies[name])
+            if study.targets and out_of_beam:
+                far[name] = f"'{name}' is {out_of_beam}"
                 continue
             near.add(name)
             if abs(rate) > speed:
@@ -107,13 +116,43 @@ def greatest_speed(
             f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "
             "receiver.greatest_speed"
         )
-    is_told = receiver.tells_folds_apart(schedule, array)
-    length = 1 if is_told else len(code_blocks(schedule).weight)
-    speed = 0.5 * unambiguous_span(schedule, code_length=length)
+    length = len(code_blocks(schedule).weight)
+    if length > 1 and not receiver.tells_folds_apart(schedule, array):
+        speed = 0.5 * unambiguous_span(schedule, code_length=length)
+        return speed, (
+            f"its code and array leave several speeds open above {3.6 * speed:.0f} km/h: it may "
+            "appear with another speed; use a shorter ramp_duration or idle, fewer transmitting "
+            "elements, or a Doppler division with an empty band"
+        )
+    speed = 0.5 * unambiguous_span(schedule, code_length=1)
     return speed, (
         f"its chirps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "
         "speed; use a shorter ramp_duration or idle"
     )
+
+
+def _out_of_beam(radar: StudyRadar, bodies: Mapping[str, Body], body: Body) -> str:
+    """End of a sentence on a body that is behind a radar or beside its beam; empty if it is not."""
+    own = bodies[radar.vehicle]
+    assert isinstance(own, Vehicle)
+    place = place_of(body, radar=radar, own=own)
+    pattern = radar.array.pattern
+    gain = float(pattern.gain(place)) / pattern.peak_gain
+    loss = f"{-2.0 * float(to_db(gain)):.0f} dB weaker"
+    size = vehicle_size(body.body)[0] if isinstance(body, Vehicle) else 0.0
+    if float(place[0]) + 0.5 * size < 0.0:
+        return (
+            f"behind '{radar.name}', whose array takes it for a target in front, {loss}; check "
+            "mount.yaw, or leave it out of the targets"
+        )
+    # only a point is at one direction, and the beam of a pattern without loss has no end
+    if isinstance(body, Point) and gain <= pattern.floor * (1.0 + 1e-9) < 1.0:
+        azimuth, elevation = (float(angle) for angle in np.degrees(direction_angles(place)))
+        return (
+            f"beside the beam of '{radar.name}', at {azimuth:.0f}° of azimuth and {elevation:.0f}° "
+            f"of elevation, and its echo is {loss}; check the radar's mount and beamwidths"
+        )
+    return ""
 
 
 def _seen_from(radar: StudyRadar, bodies: Mapping[str, Body], body: Body) -> tuple[float, float]:

@@ -11,7 +11,8 @@ of the frame without interference (echo and noise, as the clean oracle has it):
 ========================  ========================================================================
 ``sinr_range``            mean power of S in the objects' cells (±2) of their range cuts, over that
                           of the cuts' empty cells; dB, mean over the objects
-``sinr_velocity``         the same along the cuts over range rate; NaN without rates
+``sinr_velocity``         the same along the cuts over range rate, which are rings; NaN without
+                          rates
 ``evm``                   :math:`|S - C| / |C|` in the objects' cells, rms over objects and channels
 ``phase_error``           :math:`|\arg(S \overline{C})|`, rad, mean over objects and channels;
                           between channels it is an error of the azimuth
@@ -142,9 +143,15 @@ def measures(on: MeasuredFrame, treated: Mitigated) -> dict[str, float]:
     ghosts = local_maxima(power, has_rates=rates) & on.empty & (power > on.threshold)
     present = on.frame.times.is_sample
     return {
-        "sinr_range": _mean([_cut(power[r], on.empty[r], c) for r, c in on.objects]),
+        "sinr_range": _mean(
+            [_cut(power[r], on.empty[r], _on_line(c, power.shape[1])) for r, c in on.objects]
+        ),
         "sinr_velocity": _mean(
-            [_cut(power[:, c], on.empty[:, c], r) for r, c in on.objects if rates]
+            [
+                _cut(power[:, c], on.empty[:, c], _on_ring(r, power.shape[0]))
+                for r, c in on.objects
+                if rates
+            ]
         ),
         "evm": math.sqrt(_mean((np.abs(here - there) ** 2 / np.abs(there) ** 2).ravel())),
         "phase_error": _mean(np.abs(np.angle(here * there.conj())).ravel()),
@@ -212,12 +219,26 @@ def local_maxima(power: FloatArray, *, has_rates: bool) -> BoolArray:
     return np.asarray(power >= maximum_filter(power, size=size, mode=("wrap", "nearest")))
 
 
-def _cut(power: FloatArray, empty: BoolArray, place: int) -> float:
-    """Power around a place of a cut over that of its empty cells, dB; NaN without empty cells."""
-    around = power[max(0, place - LOBE_CELLS) : place + LOBE_CELLS + 1]
+def _on_ring(place: int, size: int) -> IntArray:
+    """Cells of the main lobe around a place of a cut over range rate."""
+    return np.arange(place - LOBE_CELLS, place + LOBE_CELLS + 1) % size
+
+
+def _on_line(place: int, size: int) -> IntArray:
+    """Cells of the main lobe around a place of a cut over range.
+
+    A cell beyond the end is replaced by its mirror image, as the main lobe is symmetric. The mean
+    of the strongest cells alone would be 1.4 dB too great for an object in the last cell.
+    """
+    cells = np.arange(place - LOBE_CELLS, place + LOBE_CELLS + 1)
+    return np.where((cells >= 0) & (cells < size), cells, np.clip(2 * place - cells, 0, size - 1))
+
+
+def _cut(power: FloatArray, empty: BoolArray, around: IntArray) -> float:
+    """Power in the cells ``around`` of a cut over that of its empty cells, dB; NaN without them."""
     if not empty.any():
         return math.nan
-    return float(to_db(np.mean(around) / np.mean(power[empty])))
+    return float(to_db(np.mean(power[around]) / np.mean(power[empty])))
 
 
 def _power(amplitude: ComplexArray) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.axes import axes_of
 from polychirp.capture.zarr_file import ZarrArray, group_attributes
@@ -89,8 +89,12 @@ class StoredRun:
         raise InputError(no_such("radar", name, [victim.name for victim in self.victims]))
 
 
+RUN: Final = "run.zarr"
+"""Name of the run in the folder into which ``polychirp run`` stores its results."""
+
+
 def load_run(path: Path | str) -> StoredRun:
-    """Read a stored run.
+    """Read a stored run, or the one in the folder into which ``polychirp run`` stored it.
 
     `InputError` is raised if there is no complete run at ``path``, or it has another format
     version.
@@ -98,11 +102,14 @@ def load_run(path: Path | str) -> StoredRun:
     `save_run` writes such a run, and `export` writes it in other formats.
     """
     path = Path(path)
+    if (path / RUN).is_dir():
+        path = path / RUN
     try:
         attributes = group_attributes(path)
     except (FileNotFoundError, NotADirectoryError):
         raise InputError(
-            f"there is no run in '{path}'; name the folder that ends in .zarr"
+            f"there is no run in '{path}'; name the folder into which 'polychirp run' stored its "
+            "results, or the one in it that ends in .zarr"
         ) from None
     if attributes.get("format") != FORMAT:
         raise InputError(

@@ -20,8 +20,9 @@ class StftCfar(Spec):
 
     A sample is hit if ``least_rows`` rows of the slice whose middle is nearest to it exceed their
     thresholds, or if a sample within ``guard`` is hit. Bursts that are much weaker than the echoes
-    are found in the rows beside theirs, and the false-alarm probability of a cell is known. It
-    takes 32 log₂(window) real multiplications per sample and channel.
+    are found in the rows beside theirs, and the false-alarm probability of a cell is known on ramps
+    of three windows or more (`StftExcision`). It takes 32 log₂(window) real multiplications per
+    sample and channel.
 
     Parameters
     ----------
