@@ -269,18 +269,19 @@ def test_paths_of_other_radars_are_not_mixed_in(engine):
 
 
 def test_paths_go_to_the_part_that_their_bounces_say():
-    """Own: mirrored or not. Others: no bounce or some."""
+    """Own: by way of one body, or of two. Others: no bounce or some."""
     scene = world(isotropic(), isotropic("b"))
     mirrored = (Bounce.REFLECTION, Bounce.SCATTERING)
     cases = [
-        (0, (Bounce.SCATTERING,), 0),
-        (0, (Bounce.REFLECTION,), 0),
-        (0, mirrored, 1),
-        (1, (), 0),
-        (1, (Bounce.SCATTERING,), 1),
+        (0, (Bounce.SCATTERING,), (0,), 0),
+        (0, (Bounce.REFLECTION,), (0,), 0),
+        (0, mirrored, (0, 0), 0),
+        (0, mirrored, (1, 0), 1),
+        (1, (), (), 0),
+        (1, (Bounce.SCATTERING,), (0,), 1),
     ]
-    for transmitter, bounces, part in cases:
-        path = HandPath(delay=1e-7, transmitter=transmitter, bounces=bounces)
+    for transmitter, bounces, actors, part in cases:
+        path = HandPath(delay=1e-7, transmitter=transmitter, bounces=bounces, actors=actors)
         y = received(scene, [ramp(), ramp()], path, transmitter=transmitter)
         assert np.abs(y[part]).max() > 0
         assert np.abs(y[1 - part]).max() == 0

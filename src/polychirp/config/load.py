@@ -37,8 +37,9 @@ def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
     `dump` writes a study as such a file.
     """
     path = Path(path)
+    data = read_toml(path)
     with naming_the_file(path):
-        return study_of_tables(_changed_tables(path, overrides), folder=path.parent)
+        return study_of_tables(_changed(data, overrides), folder=path.parent)
 
 
 def radar_tables(path: Path | str, *, overrides: Iterable[str] = ()) -> list[dict[str, Any]]:
@@ -46,12 +47,11 @@ def radar_tables(path: Path | str, *, overrides: Iterable[str] = ()) -> list[dic
 
     They have the keys that the file gives, but none that has its value by default.
     """
-    return list(with_defaults(_changed_tables(Path(path), overrides))["radars"])
+    return list(with_defaults(_changed(read_toml(Path(path)), overrides))["radars"])
 
 
-def _changed_tables(path: Path, overrides: Iterable[str]) -> dict[str, Any]:
+def _changed(data: dict[str, Any], overrides: Iterable[str]) -> dict[str, Any]:
     """Tables of a study file after the changes, without that of many trials."""
-    data = read_toml(path)
     for change in overrides:
         apply_override(data, change)
     data.pop(MONTE_CARLO, None)
