@@ -6,7 +6,11 @@ All depends on the relative speed :math:`v_r = v / H_t`, where :math:`H_t` (m) i
 hip joint above the ankle. A cycle has the length :math:`1.346\sqrt{v_r}\,H_t`, so that it lasts
 :math:`1.346 / \sqrt{v_r}` seconds. The cycle begins at the strike of the right heel.
 
-Joints with control points follow monotonic cubic curves, which are level at the control points.
+Joints with control points follow monotonic cubic curves, which are level at their extremes.
+
+The model's torsions of pelvis and thorax are positive to the right, and our yaws to the left. At
+the strike of the right heel, right hip and left shoulder are in front, as the literature has it
+(Perry 1992; Bruijn et al. 2008).
 """
 
 import math
@@ -33,7 +37,8 @@ class Joints(NamedTuple):
     """Angles of all joints at one time, rad, and the offset of the pelvis, m ``(x, y, z)``.
 
     Flexion moves the limb forwards at hip, shoulder and elbow, and backwards at the knee; at the
-    ankle it raises the toes. Upper and lower limbs are (right, left).
+    ankle it raises the toes. Upper and lower limbs are (right, left). Yaws are positive to the
+    left, so that a positive one brings the right side forwards.
     """
 
     hip: tuple[float, float]
@@ -120,9 +125,9 @@ class Gait:
             ankle=ankle,
             shoulder=(shoulder[0], shoulder[1]),
             elbow=elbow,
-            pelvis_yaw=-math.radians(4.0 * self.relative_speed) * math.cos(2 * math.pi * right),
+            pelvis_yaw=math.radians(4.0 * self.relative_speed) * math.cos(2 * math.pi * right),
             pelvis_roll=self._pelvis_roll(right),
-            thorax_yaw=_at(curves["thorax"], right),
+            thorax_yaw=-_at(curves["thorax"], right),
             lean=self._lean(right),
             offset=self._offset(right),
         )

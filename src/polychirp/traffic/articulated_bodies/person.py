@@ -133,14 +133,20 @@ def _trunk(joints: Joints, hips: FloatArray, height: float) -> list[Segment]:
 
 
 def _legs(joints: Joints, hips: FloatArray, height: float) -> list[Segment]:
-    """Thigh and shank, right and left."""
+    """Thigh and shank, right and left.
+
+    The pelvis turns and rolls with the hip joints, but the legs swing straight ahead: real hips
+    rotate against the pelvis, which keeps the feet on their lines. In Chen's code the legs turn
+    with the pelvis, by which a foot on the ground would move sideways with up to 1.1 m/s at a walk
+    of 1.4 m/s.
+    """
     pelvis = rotation(joints.pelvis_yaw, 0.0, joints.pelvis_roll)
     found = []
     for side in (0, 1):
         joint = hips + (2 * side - 1) * HIP * height * pelvis[:, 1]
-        upper = pelvis @ _downwards(joints.hip[side])
+        upper = _downwards(joints.hip[side])
         knee = joint + THIGH * height * upper[:, 2]
-        lower = pelvis @ _downwards(joints.hip[side] - joints.knee[side])
+        lower = _downwards(joints.hip[side] - joints.knee[side])
         ankle = knee + SHANK * height * lower[:, 2]
         found.append(Segment(name="thigh", start=joint, end=knee, turn=upper))
         found.append(Segment(name="shank", start=knee, end=ankle, turn=lower))
