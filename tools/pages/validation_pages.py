@@ -24,6 +24,8 @@ from tools.pages.benchmark_table import RECORD as BENCHMARK
 from tools.pages.benchmark_table import benchmark_tables
 from tools.pages.body_table import RECORD as BODIES
 from tools.pages.body_table import body_table
+from tools.pages.chirp_sequence_table import RECORD as CHIRP_SEQUENCE
+from tools.pages.chirp_sequence_table import chirp_sequence_tables
 from tools.pages.diversity_table import RECORD as DIVERSITY
 from tools.pages.diversity_table import diversity_table
 from tools.pages.ghost_table import RECORD as GHOSTS
@@ -56,6 +58,9 @@ RECORD: Final = "comparisons.json"
 """File that ``pytest --record`` writes in the folder of the pages."""
 
 INDEX: Final = "README.md"
+
+GUIDES: Final = "how-to"
+"""Folder of the guides, beside that of the pages."""
 
 CLOSE_LEVELS: Final = 0.1
 """Difference in dB up to which two levels count as close in the table of agreement."""
@@ -245,6 +250,15 @@ def rendered(folder: Path) -> dict[str, str]:
     return pages
 
 
+def rendered_guides(folder: Path) -> dict[str, str]:
+    """How-to guides with new tables from the records of a folder, by file name."""
+    if not (folder / CHIRP_SEQUENCE).exists():
+        return {}
+    name = "chirp-sequence.md"
+    text = (folder.parent / GUIDES / name).read_text(encoding="utf-8")
+    return {name: filled(text, chirp_sequence_tables(folder))}
+
+
 def _refuse_twins(rows: Sequence[Comparison]) -> None:
     seen = set()
     for row in rows:
@@ -258,9 +272,11 @@ def _refuse_twins(rows: Sequence[Comparison]) -> None:
 
 
 def write_pages(folder: Path) -> None:
-    """Write all pages of a folder with new tables."""
+    """Write all pages of a folder with new tables, and the guides beside it."""
     for name, text in rendered(folder).items():
         (folder / name).write_text(text, encoding="utf-8")
+    for name, text in rendered_guides(folder).items():
+        (folder.parent / GUIDES / name).write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

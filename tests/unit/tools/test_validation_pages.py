@@ -16,7 +16,7 @@ from tools.pages.material_tables import (
     sensitivity,
 )
 from tools.pages.validation import Comparison, read_comparisons, write_comparisons
-from tools.pages.validation_pages import RECORD, rendered, write_pages
+from tools.pages.validation_pages import GUIDES, RECORD, rendered, rendered_guides, write_pages
 
 PAGES = Path(__file__).parents[3] / "docs" / "validation"
 ROW = Comparison(
@@ -42,6 +42,10 @@ def test_the_pages_say_what_is_stored():
     assert set(pages) == {path.name for path in PAGES.glob("*.md")}
     for name, text in pages.items():
         assert (PAGES / name).read_text(encoding="utf-8") == text, name
+    guides = rendered_guides(PAGES)
+    assert guides
+    for name, text in guides.items():
+        assert (PAGES.parent / GUIDES / name).read_text(encoding="utf-8") == text, name
 
 
 def test_all_that_is_stored_was_met():
