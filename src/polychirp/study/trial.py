@@ -344,20 +344,14 @@ def receive_and_score(
     if receiver.mitigation is not None:
         before = target_levels(replace(receiver, mitigation=None), frame, parts, true)
     paths = paths_at(found.time, snapshots)
-    echo_snr = body_echoes(
-        scene.at(paths.reference_time),
-        paths,
-        victim=victim,
-        targets=targets,
-        frame=received,
-    )
+    then = scene.at(paths.reference_time)
+    echo_snr = body_echoes(then, paths, victim=victim, targets=targets, frame=received)
     echoes = echoes_during(received.schedule, found.time, scene, snapshots, victim=victim)
-    folds = folds_of(receiver, received.schedule, received.array)
     score = compare(
         found,
         true,
         powers=powers,
-        echoes=replace(echoes, folds=folds),
+        echoes=replace(echoes, folds=folds_of(receiver, received.schedule, received.array)),
         floor_rise=floor_rise(receiver, frame, parts),
         before=before,
         after=after,
