@@ -83,7 +83,7 @@ def powers(seen: Observation, profiles: Profiles) -> NDArray[np.float32]:
             np.pad(turn.astype(np.complex64), spare).view(np.float32),
             lines,
             first,
-            _total_weights(profiles.weight, place, axes.range.size),
+            total_weights(profiles.weight, place, axes.range.size),
             np.empty((axes.range_rate.size, axes.range.size), dtype=np.float32),
             width,
         )
@@ -171,7 +171,7 @@ def rates_per_block(seen: Observation, profiles: Profiles) -> int:
 
 
 @reordered
-def _total_weights(weight: Any, place: Any, num_ranges: int) -> Any:  # pragma: no cover - compiled
+def total_weights(weight: Any, place: Any, num_ranges: int) -> Any:  # pragma: no cover - compiled
     """Sums over ramps of weights at places ``(block, ramp)``: ``(block, range)``."""
     out = np.zeros((len(place), num_ranges), dtype=np.float32)
     for v in range(len(place)):

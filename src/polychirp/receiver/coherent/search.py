@@ -26,6 +26,7 @@ from polychirp.receiver.coherent.new_points import (
     still_shown,
 )
 from polychirp.receiver.coherent.noise import ramp_weights, whitening
+from polychirp.receiver.coherent.noise_directions import NoiseDirections
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING, overlaps_another
 from polychirp.receiver.coherent.peaks import Peaks, floors, peaks
@@ -129,7 +130,7 @@ def find_points(
             trial = trial.after(residual)
             untried = int(np.count_nonzero(trial.shows_points(trial.left(found))))
     points, residual = finished(
-        seen, residual, points, threshold, dynamic_range, margin=residue_margin
+        seen, residual, points, axes, threshold, dynamic_range, margin=residue_margin
     )
     return points, residual, seen, untried
 
@@ -149,6 +150,7 @@ def finished(
     seen: Observation,
     residual: Residual,
     points: Points,
+    axes: Grid,
     threshold: float,
     dynamic_range: float,
     *,
@@ -159,6 +161,7 @@ def finished(
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=points.amplitude.shape[1])
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
+    points, residual = above_noise(seen, residual, points, axes, threshold, dynamic_range)
     bodies = Bodies.of(seen, points)
     tested = with_residues(seen, points, bodies, margin=margin)
     kept = standing_out(seen, tested, threshold, dynamic_range)
@@ -166,6 +169,31 @@ def finished(
         kept, residual = settled(seen, residual.after(seen, kept), kept, sweeps=LAST_SWEEPS)
         kept = standing_out(seen, kept, threshold, dynamic_range)
     return kept, residual
+
+
+def above_noise(
+    seen: Observation,
+    residual: Residual,
+    points: Points,
+    axes: Grid,
+    threshold: float,
+    dynamic_range: float,
+) -> tuple[Points, Residual]:
+    """The points that stand out of the noise from their own directions, and what they leave.
+
+    The noise is measured again after some are left out: points that were peaks of noise have
+    lowered it.
+    """
+    while len(points):
+        profiles = Profiles.of(seen, residual.spectra, axes).mixed(seen.mixing)
+        raised = NoiseDirections.of(seen, profiles).below(seen, points)
+        if raised is points:
+            break
+        points = standing_out(seen, raised, threshold, dynamic_range)
+        if len(points) == len(raised):
+            break
+        points, residual = settled(seen, residual.after(seen, points), points, sweeps=LAST_SWEEPS)
+    return points, residual
 
 
 def standing_out(

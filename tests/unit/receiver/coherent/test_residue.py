@@ -198,7 +198,7 @@ def test_at_the_end_of_a_search_other_points_stand_out_of_the_residues_by_a_marg
     over, is_kept, monkeypatch
 ):
     """A point at another speed has ``over`` times what it needs; the fits are left out."""
-    for name in ("settled", "divided", "pruned"):
+    for name in ("settled", "divided", "pruned", "above_noise"):
         monkeypatch.setattr(search, name, lambda _seen, left, same, *_more, **_how: (same, left))
     seen, points = drawn_body(np.random.default_rng(77), distance=8.0)
     motion = points.motion.copy()
@@ -207,7 +207,7 @@ def test_at_the_end_of_a_search_other_points_stand_out_of_the_residues_by_a_marg
     floor = 1.0 + 8.0 * residues(seen, points)
     points = replace(points, power=np.append(1e6 * points.power[:4], over * 30.0 * floor[4]))
     kept, _ = search.finished(
-        seen, SimpleNamespace(after=lambda *_: None), points, 30.0, 1e9, margin=8.0
+        seen, SimpleNamespace(after=lambda *_: None), points, None, 30.0, 1e9, margin=8.0
     )
     assert (points.motion[4].tolist() in kept.motion.tolist()) is is_kept
 
