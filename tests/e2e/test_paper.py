@@ -32,10 +32,10 @@ def rows(results, **wanted):
     return [r for r in results.rows if all(getattr(r, k) == v for k, v in wanted.items())]
 
 
-def ghosts(row, *kinds):
+def ghosts(row, *kinds, weakest=WEAKEST):
     """Ranges of ghosts of these kinds, the strongest first; of interference if none is named."""
     wanted = kinds or ("direct", "indirect")
-    strong = [g for g in row.ghosts if g.power_over_strongest_target_db > WEAKEST]
+    strong = [g for g in row.ghosts if g.power_over_strongest_target_db > weakest]
     return [g.range_m for g in strong if g.kind in wanted]
 
 
@@ -178,8 +178,12 @@ def test_a_consistent_antenna_takes_its_gain_from_every_level(results):
 
 
 def test_radars_that_are_not_in_step_make_no_ghost(results):
+    """Peaks of interference that is not mitigated may pass for weak points now and then.
+
+    Their rate is measured in tests/statistics/test_peaks_of_interference.py.
+    """
     for row in rows(results, synchronous=False):
-        assert ghosts(row) == []
+        assert ghosts(row, weakest=-30.0 if row.mitigation == "none" else -np.inf) == []
 
 
 def test_all_verdicts_hold_but_for_more_ghosts_and_are_recorded(results):
