@@ -203,6 +203,7 @@ def subframe(span: float, folded, *, ranges=20.0, levels=0.0, deviation=0.1, **f
         "range_rate": rates,
         "left": 0.0 * one,
         "level": levels * one,
+        "acceleration": 30.0 * one,
         "range_variance": 0.01 * one,
         "rate_variance": deviation**2 * one,
         "left_variance": one,
@@ -224,15 +225,15 @@ def test_the_association_finds_the_range_rate_of_greatest_likelihood():
             subframe(span, one, deviation=deviation)
             for span, one in zip(spans, folded, strict=True)
         ]
-        found = associated(parts, span=150.0)
+        found = associated(parts, span=150.0, time=0.0)
         assert found.range_rate == pytest.approx([grid[np.argmin(squares)]], abs=2e-3)
 
 
 def test_a_speed_that_two_hypotheses_explain_as_well_is_not_reported():
     """Spans of 30 and 20 m/s agree again after 60: −20 and 40 m/s cannot be told apart."""
     parts = [subframe(span, wrapped(40.0, span)) for span in (30.0, 20.0)]
-    assert associated(parts, span=59.0).range_rate == pytest.approx([-20.0])
-    assert associated(parts, span=110.0).range_rate.size == 0
+    assert associated(parts, span=59.0, time=0.0).range_rate == pytest.approx([-20.0])
+    assert associated(parts, span=110.0, time=0.0).range_rate.size == 0
 
 
 def test_a_target_is_sought_where_its_speed_takes_it():
@@ -242,7 +243,7 @@ def test_a_target_is_sought_where_its_speed_takes_it():
             subframe(span, wrapped(rate, span), ranges=20.0 + rate * late, time=late)
             for span, late in ((30.0, 0.0), (20.0, 0.01))
         ]
-        found = associated(parts, span=100.0)
+        found = associated(parts, span=100.0, time=0.0)
         assert found.range_rate == pytest.approx([rate])
 
 
@@ -252,7 +253,7 @@ def test_no_target_is_made_of_the_detections_of_two_others():
     The target at −5 m/s is 9 dB stronger.
     """
     parts = [subframe(span, [5.0, -5.0], levels=np.array([0.0, 2.0])) for span in (30.0, 20.0)]
-    found = associated(parts, span=59.0)
+    found = associated(parts, span=59.0, time=0.0)
     assert sorted(found.range_rate) == pytest.approx([-5.0, 5.0])
     assert sorted(found.member.tolist()) == [[0, 0], [1, 1]]
 

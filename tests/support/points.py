@@ -111,7 +111,7 @@ def coded_frame(
     place = virtual_position(array)[: schedule.num_elements]
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     for point in points:
-        motion = np.array([point.range, point.range_rate, 0.0])
+        motion = np.array([point.range, point.range_rate, point.acceleration])
         signal = replica(schedule, times, motion=motion, time=float(schedule.start_time[0]))
         level = np.cos(point.elevation)
         to_it = [

@@ -17,7 +17,7 @@ class Score:
     is_detected : true for a target that has a detection, ``(target,)``
     range_error, range_rate_error, azimuth_error, elevation_error : m, m/s, rad, rad, found minus
         true, ``(target,)``; NaN where ``is_detected`` is false, or the radar does not measure the
-        angle
+        angle. The true azimuth of a radar that measures no elevation is arcsin(cos ε sin φ)
     detection_sinr : power ratio of the own echo to all other parts at the target's detection,
         ``(target,)``; NaN where ``is_detected`` is false
     echo_snr : coherent SNR of each body's echo, its energy in all samples and channels over the

@@ -9,7 +9,9 @@ from the body,
               \frac{|\varphi - \varphi_p|}{g_\varphi},\
               \frac{|\varepsilon - \varepsilon_p|}{g_\varepsilon}\right),
 
-so that a detection with :math:`D \le 1` lies on the body.
+so that a detection with :math:`D \le 1` lies on the body. An array that does not measure elevation
+sees a wave from :math:`(\varphi_p, \varepsilon_p)` as one from :math:`\arcsin(\cos\varepsilon_p
+\sin\varphi_p)` in its plane: its detections are compared with that azimuth.
 """
 
 from dataclasses import dataclass
@@ -135,15 +137,31 @@ def distances(
     ``distance``, m, ``range_rate``, m/s, ``azimuth`` and ``elevation``, rad, are those of the
     places, ``(place,)``. A NaN for an angle meets any margin.
     """
+    seen = seen_azimuths(azimuth[:, None], elevation[:, None], detections.elevation)
     apart: FloatArray = np.maximum.reduce(
         [
             np.abs(detections.range - distance[:, None]) / gate.range,
             np.abs(detections.range_rate - range_rate[:, None]) / gate.range_rate,
-            np.abs(np.nan_to_num(detections.azimuth - azimuth[:, None])) / gate.azimuth,
+            np.abs(np.nan_to_num(detections.azimuth - seen)) / gate.azimuth,
             np.abs(np.nan_to_num(detections.elevation - elevation[:, None])) / gate.elevation,
         ]
     )
     return apart
+
+
+def seen_azimuths(azimuth: FloatArray, elevation: FloatArray, measured: FloatArray) -> FloatArray:
+    """Azimuths of places as an array sees them that measures the elevations ``measured``, rad.
+
+    Without an elevation (NaN) a place appears at arcsin(cos ε sin φ); one behind the array stays
+    behind it. ``azimuth`` and ``elevation``, rad, are those of the places; the arrays are
+    broadcast.
+
+    >>> seen_azimuths(np.array([0.5]), np.array([0.3]), np.array([np.nan, 0.3])).round(4)
+    array([0.4757, 0.5   ])
+    """
+    flat = np.arcsin(np.cos(np.nan_to_num(elevation)) * np.sin(azimuth))
+    flat = np.where(np.cos(azimuth) < 0.0, np.copysign(np.pi, azimuth) - flat, flat)
+    return np.asarray(np.where(np.isnan(measured), flat, azimuth))
 
 
 def associate(

@@ -9,7 +9,7 @@ from polychirp.model.if_frame import PARTS
 from polychirp.model.score import Score
 from polychirp.model.target_levels import TargetLevels
 from polychirp.model.truth import Truth
-from polychirp.scoring.association import Gate
+from polychirp.scoring.association import Gate, seen_azimuths
 from polychirp.scoring.causes import causes
 from polychirp.scoring.echoes import Echoes
 from polychirp.scoring.sight import in_sight
@@ -45,6 +45,9 @@ def compare(
     """
     found = causes(detections, truth, powers=powers, echoes=echoes, gate=gate or Gate())
     target, detection = found.association
+    seen = seen_azimuths(
+        truth.azimuth[target], truth.elevation[target], detections.elevation[detection]
+    )
     extents = [_extent(detections, mine) for mine in found.is_on_target]
 
     def per_target(values: FloatArray) -> FloatArray:
@@ -59,7 +62,7 @@ def compare(
         is_detected=is_detected,
         range_error=per_target(detections.range[detection] - truth.range[target]),
         range_rate_error=per_target(detections.range_rate[detection] - truth.range_rate[target]),
-        azimuth_error=per_target(detections.azimuth[detection] - truth.azimuth[target]),
+        azimuth_error=per_target(detections.azimuth[detection] - seen),
         elevation_error=per_target(detections.elevation[detection] - truth.elevation[target]),
         detection_sinr=per_target(_sinr(powers)[detection]),
         echo_snr=echo_snr,

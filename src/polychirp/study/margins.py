@@ -12,9 +12,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.subframes import unambiguous_span
 from polychirp.receiver.selection import AnyReceiver, receiver_for
-from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.scoring.association import Gate
 from polychirp.scoring.echoes import Folds
 from polychirp.study.random_draw import sample_street
@@ -50,9 +48,7 @@ def folds_of(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray)
         receiver = receiver.reader()
     if not isinstance(receiver, RangeDoppler):
         return Folds()
-    is_told = receiver.tells_folds_apart(schedule, array)
-    length = 1 if is_told else len(code_blocks(schedule).weight)
-    span = unambiguous_span(schedule, code_length=length)
+    span = receiver.unambiguous_span(schedule, array)
     per_rate = float(schedule.centre_frequency[0] / schedule.slope[0])
     return Folds(span=span, shift=span * per_rate)
 

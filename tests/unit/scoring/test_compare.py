@@ -352,7 +352,7 @@ def test_every_kind_of_detection_gets_its_name():
 def test_distances_from_bodies_are_those_of_a_loop():
     """Two drawn bodies of 40 places each, 50 detections; the third body is hidden.
 
-    The last ten detections have no elevation.
+    The last ten detections have no elevation, and see a place's azimuth as arcsin(cos ε sin φ).
     """
     draw, gate = np.random.default_rng(4), Gate()
     place = draw.uniform([5, -3, -0.5, -0.5], [15, 3, 0.5, 0.5], size=(80, 4))
@@ -376,10 +376,12 @@ def test_distances_from_bodies_are_those_of_a_loop():
     found = replace(detections(*rows), elevation=elevation)
     apart = distances_from_bodies(found, truth, gate)
     margins = np.array([gate.range, gate.range_rate, gate.azimuth, gate.elevation])
+    flat = place.copy()
+    flat[:, 2] = np.arcsin(np.cos(place[:, 3]) * np.sin(place[:, 2]))
     for n, row in enumerate(rows):
         seen = np.append(row[:3], elevation[n])
         for body in (0, 1):
-            mine = place[40 * body : 40 * body + 40]
+            mine = (place if n < 40 else flat)[40 * body : 40 * body + 40]
             expected = min(np.nanmax(abs(seen - one) / margins) for one in mine)
             assert apart[body, n] == pytest.approx(expected)
     assert np.all(np.isinf(apart[2]))

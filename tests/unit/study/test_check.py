@@ -7,12 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from polychirp.channel.scene.ground_truth import truth
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.channel.tracers.sionna import SionnaRt
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, InputError, ModelWarning, PhysicsError
 from polychirp.frames import Pose
-from polychirp.model.antenna import AntennaArray, ElementPattern
+from polychirp.model.antenna import ISOTROPIC, AntennaArray, ElementPattern
 from polychirp.model.front_end import Digitiser, FrontEnd, HighPass
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.leakage import Bumper
@@ -553,6 +554,38 @@ def test_a_point_nearer_than_the_least_range_is_named():
     study = replace(STUDY, street=replace(STUDY.street, points=(point,)), radars=(FRONT,))
     (note,) = [one for one in targets_out_of_reach(study, schedules_of(study)) if "'near'" in one]
     assert "nearer than the receiver's least range of 0.5 m" in note
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_ranges_and_range_rates_of_points_count_heights(seed):
+    """Of drawn points about drawn mounts: beside the truth of the scene."""
+    draw = np.random.default_rng(seed)
+    places, velocities = draw.uniform((3, -5, 2), (20, 5, 25), (4, 3)), draw.uniform(-9, 9, (4, 3))
+    points = tuple(
+        Point(name=f"point-{n}", x=x, y=y, z=z, rcs=1.0, velocity=tuple(map(float, velocity)))
+        for n, ((x, y, z), velocity) in enumerate(zip(places, velocities, strict=True))
+    )
+    pitch, yaw = draw.uniform(-0.3, 0.3, 2)
+    mount, array = replace(BUMPER, pitch=pitch, yaw=yaw), AntennaArray(pattern=ISOTROPIC)
+    radar = replace(FRONT, mount=mount, array=array)
+    names = tuple(point.name for point in points)
+    study = replace(
+        STUDY, street=replace(STUDY.street, points=points), radars=(radar,), targets=names
+    )
+    exact = truth(scene_of(study), 0, names)
+    for n, point in enumerate(points):
+        for greatest, is_noted in ((1.001, False), (0.999, True)):
+            receiver = CoherentReceiver(
+                greatest_range=exact.range[n] * greatest,
+                greatest_speed=abs(exact.range_rate[n]) * greatest,
+            )
+            limited = replace(study, receiver=receiver, targets=(point.name,))
+            notes = list(targets_out_of_reach(limited, schedules_of(limited)))
+            assert any("beyond the receiver's greatest range" in note for note in notes) is is_noted
+            receiver = replace(receiver, greatest_range=100.0)
+            limited = replace(limited, receiver=receiver)
+            notes = list(targets_out_of_reach(limited, schedules_of(limited)))
+            assert any("along the line of sight" in note for note in notes) is is_noted
 
 
 def test_a_waveform_that_the_paper_does_not_have_is_refused():

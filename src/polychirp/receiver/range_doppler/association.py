@@ -7,7 +7,10 @@ subframes together, the logarithm of the likelihood is
 .. math:: -\tfrac12 \sum_b \frac{\langle v_b - v\rangle_{S_b}^2}{\sigma_b^2}
           + \text{the same of range, azimuth and power},
 
-with differences folded into :math:`\pm S_b/2`. This is the Chinese remainder theorem in the form
+with differences folded into :math:`\pm S_b/2`. A target that passes has a radial acceleration a, as
+it turns about the radar: :math:`a = v_t^2/R \ge 0` with the speed :math:`v_t` across the line of
+sight. Its range rate at the time :math:`t_b` is :math:`v + a\,(t_b - t)`, and a is fitted with v,
+from 0 to a limit that depends on the range. This is the Chinese remainder theorem in the form
 that bears errors: the maximum over v is sought and not a common multiple (Ferrari, Bérenguer and
 Alengrin 1997, IEEE Trans. AES 33, 738; Xia and Wang 2007, IEEE Signal Process. Lett. 14, 247). The
 candidates are the detections of the first subframe, each with all of its folds, and the nearest
@@ -31,8 +34,9 @@ from polychirp.axes import FloatArray, IntArray
 from polychirp.receiver.range_doppler.subframes import wrapped
 
 GREATEST_DISTANCE: Final = 30.0
-"""Greatest sum of squares, in variances, of the differences between two subframes. Chosen: it is
-above that of all but 5e-6 of the right associations, with four differences."""
+"""Greatest sum of squares, in variances, of the differences between two subframes, and of the range
+rates of all subframes from those of one motion. Chosen: it is above that of all but 5e-6 of the
+right associations, with four differences."""
 
 LEAST_MARGIN: Final = 9.0
 """Least difference of two candidates' sums of squares. Chosen: the better is then 90 times as
@@ -51,6 +55,7 @@ class SubframeDetections:
     range_rate : m/s, folded
     left : direction cosine to the left, NaN if it is unknown
     level : logarithm of the power
+    acceleration : greatest radial acceleration of a target at this range, m/s²
     range_variance, rate_variance, left_variance, level_variance : of the values above
     """
 
@@ -60,6 +65,7 @@ class SubframeDetections:
     range_rate: FloatArray
     left: FloatArray
     level: FloatArray
+    acceleration: FloatArray
     range_variance: FloatArray
     rate_variance: FloatArray
     left_variance: FloatArray
@@ -69,31 +75,34 @@ class SubframeDetections:
 class Associated(NamedTuple):
     """Targets, with the number of the detection of each subframe, ``(target, subframe)``.
 
-    ``range_rate`` is m/s ``(target,)``. ``num_unresolved`` is the number of detections that belong
-    to no target, in the subframe with most of them.
+    ``range_rate`` is m/s and ``acceleration`` m/s² ``(target,)``. ``num_unresolved`` is the number
+    of detections that belong to no target, in the subframe with most of them.
     """
 
     member: IntArray
     range_rate: FloatArray
+    acceleration: FloatArray
     num_unresolved: int
 
 
 class _Candidates(NamedTuple):
-    """Members ``(candidate, subframe)``, range rates and sums of squares ``(candidate,)``."""
+    """Members ``(candidate, subframe)``, motions and sums of squares ``(candidate,)``."""
 
     member: IntArray
     range_rate: FloatArray
+    acceleration: FloatArray
     distance: FloatArray
 
 
-def associated(parts: Sequence[SubframeDetections], *, span: float) -> Associated:
+def associated(parts: Sequence[SubframeDetections], *, span: float, time: float) -> Associated:
     """The targets that all subframes agree on, most likely first.
 
     Parameters
     ----------
     span : m/s, of the range rates that are tried, half of it on either side of 0
+    time : s, to which the targets' range rates refer
     """
-    found = _candidates(parts, span)
+    found = _candidates(parts, span, time)
     order = np.argsort(found.distance, kind="stable")
     taken: list[int] = []
     explained: set[tuple[int, int]] = set()
@@ -109,7 +118,10 @@ def associated(parts: Sequence[SubframeDetections], *, span: float) -> Associate
         for part, of_part in zip(parts, member.T, strict=True)
     ]
     return Associated(
-        member=member, range_rate=found.range_rate[kept], num_unresolved=max(left, default=0)
+        member=member,
+        range_rate=found.range_rate[kept],
+        acceleration=found.acceleration[kept],
+        num_unresolved=max(left, default=0),
     )
 
 
@@ -135,7 +147,7 @@ def _is_resolved(found: _Candidates, number: int, taken: Sequence[int]) -> bool:
     )
 
 
-def _candidates(parts: Sequence[SubframeDetections], span: float) -> _Candidates:
+def _candidates(parts: Sequence[SubframeDetections], span: float, time: float) -> _Candidates:
     """All folds of the first subframe's detections to which every other subframe has a match."""
     first, *others = parts
     most = math.ceil(0.5 * span / first.span + 0.5)
@@ -147,7 +159,8 @@ def _candidates(parts: Sequence[SubframeDetections], span: float) -> _Candidates
     rest = np.zeros(start.size)
     for part in others:
         if part.range_rate.size == 0:
-            return _Candidates(np.empty((0, len(parts)), dtype=np.int64), rate[:0], rate[:0])
+            none = rate[:0]
+            return _Candidates(np.empty((0, len(parts)), dtype=np.int64), none, none, none)
         of_rate, of_others = _squares(first, part, start, rate)
         total = of_rate + of_others
         best = np.argmin(total, axis=1)
@@ -156,8 +169,14 @@ def _candidates(parts: Sequence[SubframeDetections], span: float) -> _Candidates
         rest += of_others[row, best]
         member.append(best)
     together = np.stack(member, axis=1)
-    mean, spread = _mean_rate(parts, together, rate)
-    return _Candidates(together[is_found], mean[is_found], (spread + rest)[is_found])
+    motion = _fitted_motion(parts, together, rate, time)
+    is_found &= motion.squares <= GREATEST_DISTANCE
+    return _Candidates(
+        together[is_found],
+        motion.range_rate[is_found],
+        motion.acceleration[is_found],
+        (motion.squares + rest)[is_found],
+    )
 
 
 def _squares(
@@ -168,8 +187,10 @@ def _squares(
     def over(difference: FloatArray, one: FloatArray, other: FloatArray) -> FloatArray:
         return np.asarray(difference**2 / (one[start][:, None] + other))
 
+    late = part.time - first.time
     folded = wrapped(part.range_rate - rate[:, None], part.span)
-    moved = first.beat_range[start] + rate * (part.time - first.time)
+    folded -= np.clip(folded, 0.0, late * first.acceleration[start][:, None])
+    moved = first.beat_range[start] + rate * late
     away = part.beat_range - moved[:, None]
     turned = np.nan_to_num(part.left - first.left[start][:, None])
     louder = part.level - first.level[start][:, None]
@@ -181,12 +202,28 @@ def _squares(
     return over(folded, first.rate_variance, part.rate_variance), others
 
 
-def _mean_rate(
-    parts: Sequence[SubframeDetections], member: IntArray, rate: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Most likely range rates near ``rate``, m/s, and their sums of squares over variances."""
+class _Motion(NamedTuple):
+    """Range rates, accelerations and sums of squares over variances, each ``(candidate,)``."""
+
+    range_rate: FloatArray
+    acceleration: FloatArray
+    squares: FloatArray
+
+
+def _fitted_motion(
+    parts: Sequence[SubframeDetections], member: IntArray, rate: FloatArray, time: float
+) -> _Motion:
+    """Most likely range rates near ``rate`` at a time, and radial accelerations in their limits."""
     columns = list(zip(parts, member.T, strict=True))
     off = np.stack([wrapped(part.range_rate[k] - rate, part.span) for part, k in columns])
     weight = np.stack([1.0 / part.rate_variance[k] for part, k in columns])
-    mean = np.sum(weight * off, axis=0) / np.sum(weight, axis=0)
-    return rate + mean, np.sum(weight * (off - mean) ** 2, axis=0)
+    total = np.sum(weight, axis=0)
+    weight = weight / total
+    late = np.array([[part.time - time] for part in parts])
+    middle, mean = np.sum(weight * late, axis=0), np.sum(weight * off, axis=0)
+    after, above = late - middle, off - mean
+    lever = np.sum(weight * after**2, axis=0)
+    steepness = np.sum(weight * after * above, axis=0) / np.where(lever > 0.0, lever, 1.0)
+    acceleration = np.clip(steepness, 0.0, parts[0].acceleration[member[:, 0]])
+    squares = total * np.sum(weight * (above - acceleration * after) ** 2, axis=0)
+    return _Motion(rate + mean - acceleration * middle, acceleration, squares)

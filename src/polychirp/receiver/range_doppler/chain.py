@@ -31,6 +31,7 @@ from polychirp.receiver.range_doppler.subframes import (
     has_subframes,
     ramps_of,
     subframes,
+    unambiguous_span,
     unreadable,
 )
 from polychirp.receiver.range_doppler.transforms import (
@@ -138,6 +139,15 @@ class RangeDoppler(DetectorSettings):
         has a beam for every range rate, so that only empty bands tell them.
         """
         return folds_are_told_apart(schedule, array, by_beams=self.unfolds)
+
+    def unambiguous_span(self, schedule: RampSchedule, array: AntennaArray) -> float:
+        """Span of the range rates that the receiver tells apart, m/s.
+
+        It is that of a code of several sweeps where the code and the array leave its folds open.
+        """
+        is_told = self.tells_folds_apart(schedule, array)
+        length = 1 if is_told else len(code_blocks(schedule).weight)
+        return unambiguous_span(schedule, code_length=length)
 
     def detect(self, frame: IfFrame, *, weight: FloatArray | None = None) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the middle of the frame.

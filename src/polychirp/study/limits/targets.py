@@ -1,17 +1,14 @@
 """Targets that a receiver cannot report: without an echo, too far, too near, behind, too fast."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from polychirp.axes import FloatArray
 from polychirp.frames import direction_angles
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.subframes import unambiguous_span
 from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.receiver.stepped.chain import MfskReceiver
@@ -116,15 +113,13 @@ def greatest_speed(
             f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "
             "receiver.greatest_speed"
         )
-    length = len(code_blocks(schedule).weight)
-    if length > 1 and not receiver.tells_folds_apart(schedule, array):
-        speed = 0.5 * unambiguous_span(schedule, code_length=length)
+    speed = 0.5 * receiver.unambiguous_span(schedule, array)
+    if len(code_blocks(schedule).weight) > 1 and not receiver.tells_folds_apart(schedule, array):
         return speed, (
             f"its code and array leave several speeds open above {3.6 * speed:.0f} km/h: it may "
             "appear with another speed; use a shorter ramp_duration or idle, fewer transmitting "
             "elements, or a Doppler division with an empty band"
         )
-    speed = 0.5 * unambiguous_span(schedule, code_length=1)
     return speed, (
         f"its chirps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "
         "speed; use a shorter ramp_duration or idle"
@@ -159,17 +154,9 @@ def _seen_from(radar: StudyRadar, bodies: Mapping[str, Body], body: Body) -> tup
     """Range of a body's nearest part, m, and its range rate, m/s, from a radar."""
     own = bodies[radar.vehicle]
     assert isinstance(own, Vehicle)
-    place, velocity = _state(own)
-    turn = complex(math.cos(own.heading), math.sin(own.heading))
-    mount = turn * complex(radar.mount.x, radar.mount.y)
-    eye = place + np.array([mount.real, mount.imag])
-    where, moving = _state(body)
-    distance = float(np.linalg.norm(where - eye))
-    rate = float((moving - velocity) @ (where - eye)) / max(distance, 1e-9)
+    place = place_of(body, radar=radar, own=own)
+    moving = own.pose.rotation.T @ (np.array(body.velocity) - np.array(own.velocity))
+    distance = float(np.linalg.norm(place))
+    rate = float(radar.mount.rotation.T @ moving @ place) / max(distance, 1e-9)
     size = vehicle_size(body.body)[0] if isinstance(body, Vehicle) else 0.0
     return distance - 0.5 * size, rate
-
-
-def _state(body: Body) -> tuple[FloatArray, FloatArray]:
-    """Place, m, and velocity, m/s, on the road's plane: ``(xy,)`` each."""
-    return np.array([body.x, body.y]), np.array(body.velocity[:2])
