@@ -1,6 +1,7 @@
 """A radar with a raised transmitting element, from the study file to errors of elevations."""
 
 import json
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from polychirp.cli.app import main
 from polychirp.cli.init import template
 from polychirp.config.load import load_study
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, ModelWarning
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.study.check import check
@@ -95,6 +97,32 @@ def test_elements_far_apart_are_warned_of(path):
     check(study(path, f"{SENDERS}=[[0, 0], [2, 4], [4, 0]]"))
     with pytest.warns(ModelWarning, match="cannot tell apart directions in its elements' beam"):
         check(study(path, f"{SENDERS}=[[0, 0], [2, 8], [4, 0]]"))
+
+
+@pytest.mark.parametrize(("wide", "tall"), [(60, 35), (80, 35), (35, 60), (60, 60), (100, 20)])
+def test_the_window_of_staggered_rows_covers_the_beam_unless_a_warning_says_so(path, wide, tall):
+    """Elements 0.7 λ aside and above each other: sines that differ by 0.714 in both look equal."""
+    array = "defaults.radar.array."
+    wavelength = SPEED_OF_LIGHT / 77e9
+    overrides = [
+        f'{array}spacing="{0.7e3 * wavelength} mm"',
+        f"{array}num_channels=8",
+        f"{array}channel_positions=[[0,0],[2,0],[4,0],[6,0],[1,1],[3,1],[5,1],[7,1]]",
+        f"{array}num_transmitters=1",
+        f"{array}transmitter_positions=[[0,0]]",
+        'radars.0.coding={kind="time-division"}',
+        f'{array}pattern.azimuth_beamwidth="{wide} deg"',
+        f'{array}pattern.elevation_beamwidth="{tall} deg"',
+    ]
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        (radar,) = check(study(path, *overrides)).radars
+    window = np.array([radar.azimuth_window, radar.elevation_window])
+    diagonal, straight = np.arcsin(0.25 / 0.7), np.arcsin(0.5 / 0.7)
+    expected = [diagonal, straight] if tall > wide else [straight, diagonal]
+    assert window == pytest.approx(expected, rel=0.01)  # the chirp's middle is above 77 GHz
+    is_covered = bool(np.all(window >= np.radians([wide, tall]) / 2))
+    assert is_covered != any("cannot tell apart" in str(one.message) for one in told)
 
 
 @pytest.mark.parametrize(

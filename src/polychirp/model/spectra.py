@@ -108,12 +108,13 @@ class RangePower:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RangeAzimuthMap:
-    """Power over range and azimuth.
+    """Power over range and azimuth, of elements at several heights the greatest over elevations.
 
     Parameters
     ----------
     power : W at the analogue-to-digital converter, ``(beam, range)``
-    sine : sine of each beam's azimuth, positive = left, ``(beam,)``, growing
+    sine : direction cosine of each beam to the left, ``(beam,)``, growing: the sine of the azimuth
+        times the cosine of the elevation
     range : m, ``(range,)``, growing
     """
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.errors import CapabilityError, InputError
-from polychirp.receiver.angle.ambiguity import nearest_to_boresight
+from polychirp.receiver.angle.ambiguity import HALF_SPACE, Beam, nearest_to_boresight
 from polychirp.receiver.angle.beams import capon_factors, strongest_directions, too_large
 from polychirp.receiver.angle.doa import ESTIMATORS, AngleEstimator, sines_of_sources
 from polychirp.receiver.angle.elements import Elements
@@ -27,13 +27,19 @@ class Directions(NamedTuple):
 
 
 def directions(
-    snapshots: ComplexArray, elements: Elements, *, estimator: AngleEstimator
+    snapshots: ComplexArray,
+    elements: Elements,
+    *,
+    estimator: AngleEstimator,
+    beam: Beam = HALF_SPACE,
 ) -> Directions:
     """Azimuth and elevation of the single wave of each detection.
 
     Parameters
     ----------
     snapshots : ``(detection, channel, snapshot)``
+    beam : rad, to either side, of the elements; of directions with equal phases, the one in the
+        window that covers most of it is taken (`ambiguity.unambiguous_window`)
 
     Raises
     ------
@@ -53,7 +59,9 @@ def directions(
     >>> np.degrees(found.azimuth).round(6), np.degrees(found.elevation).round(6)
     (array([20.]), array([10.]))
     """
-    cosines = cosines_of_waves(snapshots, elements, num_waves=1, estimator=estimator)[:, 0]
+    cosines = cosines_of_waves(snapshots, elements, num_waves=1, estimator=estimator, beam=beam)[
+        :, 0
+    ]
     known = [axis in elements.axes for axis in range(2)]
     left, up = np.where(known, cosines, np.nan).T
     return angles_of(left, up)
@@ -71,7 +79,12 @@ def angles_of(left: FloatArray, up: FloatArray) -> Directions:
 
 
 def cosines_of_waves(
-    snapshots: ComplexArray, elements: Elements, *, num_waves: int, estimator: AngleEstimator
+    snapshots: ComplexArray,
+    elements: Elements,
+    *,
+    num_waves: int,
+    estimator: AngleEstimator,
+    beam: Beam = HALF_SPACE,
 ) -> FloatArray:
     """Direction cosines of several waves, ``(detection, wave, 2)``; zero where not measured.
 
@@ -81,6 +94,7 @@ def cosines_of_waves(
     ----------
     snapshots : ``(detection, channel, snapshot)``; several waves need several snapshots in which
         their phases differ, such as frames, or ramps if their range rates differ
+    beam : rad, to either side, of the elements, as in `directions`
 
     Raises
     ------
@@ -113,7 +127,7 @@ def cosines_of_waves(
     else:
         factors = snapshots if estimator == "bartlett" else capon_factors(snapshots)
         found = strongest_directions(factors, elements, num_waves=num_waves)
-    return nearest_to_boresight(found, elements)
+    return nearest_to_boresight(found, elements, estimator=estimator, beam=beam)
 
 
 def unfit(elements: Elements, estimator: AngleEstimator) -> str:

@@ -12,6 +12,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeRateMap, RangeRateSpectra
+from polychirp.receiver.angle.ambiguity import beam_of
 from polychirp.receiver.angle.directions import directions
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
@@ -248,6 +249,7 @@ class RangeDoppler(DetectorSettings):
             decoded.amplitude[:, :, None],
             Elements.of(place, frequency=middle),
             estimator=self.angle,
+            beam=beam_of(frame.array.pattern),
         )
         is_near = (distance >= self.least_range) & (distance <= self.greatest_range)
         order = np.argsort(-power, kind="stable")

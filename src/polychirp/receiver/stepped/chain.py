@@ -10,6 +10,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeRateMap
+from polychirp.receiver.angle.ambiguity import beam_of
 from polychirp.receiver.angle.directions import directions
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
@@ -139,6 +140,7 @@ class MfskReceiver(DetectorSettings):
             np.moveaxis(amplitude[channel][:, :, order], 2, 0),
             Elements.of(place, frequency=stairs.frequency),
             estimator=self.angle,
+            beam=beam_of(frame.array.pattern),
         )
         seen = Detections(
             time=middle_time(frame.times),

@@ -24,7 +24,9 @@ def range_azimuth_parts(
 ) -> Drawing:
     """A plan of the power of each part, with the visible targets; its data are the cells drawn.
 
-    The radar is at the origin and looks up. Detections with an azimuth are drawn in the last plan.
+    The radar is at the origin and looks up. The map has the range R and the cosine u to the left,
+    and so has every mark: it is R u to the left, which is its place, and R √(1 − u²) ahead, which
+    includes its height (`mapped`). Detections with an azimuth are drawn in the last plan.
     """
     *_, last = maps
     surfaces = {name: _surface(map_) for name, map_ in maps.items()}
@@ -32,7 +34,7 @@ def range_azimuth_parts(
     def mark(axes: Axes, name: str) -> None:
         axes.set_aspect("equal")
         shown = truth.is_visible & (truth.range <= maps[name].range[-1])
-        across, ahead = place(truth.range[shown], truth.azimuth[shown])
+        across, ahead = mapped(truth.range[shown], truth.azimuth[shown], truth.elevation[shown])
         axes.plot(
             across,
             ahead,
@@ -45,7 +47,7 @@ def range_azimuth_parts(
         )
         if name == last:
             axes.plot(
-                *place(detections.range, detections.azimuth),
+                *mapped(detections.range, detections.azimuth, detections.elevation),
                 "o",
                 markersize=5,
                 markerfacecolor="none",
@@ -69,6 +71,22 @@ def range_azimuth_parts(
 def place(range_: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Places on the plan, m to the right and ahead, of ranges and azimuths."""
     return -range_ * np.sin(azimuth), range_ * np.cos(azimuth)
+
+
+def mapped(
+    range_: np.ndarray, azimuth: np.ndarray, elevation: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places on the map, m to the right and ahead; an elevation that is NaN counts as zero.
+
+    What is behind the radar stays behind it.
+
+    >>> right, ahead = mapped(np.array([10.0]), np.radians([30.0]), np.radians([60.0]))
+    >>> right.round(2), ahead.round(2)
+    (array([-2.5]), array([9.68]))
+    """
+    sine = np.cos(np.nan_to_num(elevation)) * np.sin(azimuth)
+    ahead = np.copysign(np.sqrt(1.0 - sine**2), np.cos(azimuth))
+    return -range_ * sine, range_ * ahead
 
 
 def _surface(map_: RangeAzimuthMap) -> Surface:

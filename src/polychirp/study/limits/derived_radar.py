@@ -9,7 +9,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError
 from polychirp.model.if_frame import SampleTimes, sample_times
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.angle.ambiguity import Window, unambiguous_window
+from polychirp.receiver.angle.ambiguity import Window, beam_of, unambiguous_window
 from polychirp.receiver.angle.beams import too_large
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.decoding.chain import Decoding
@@ -70,9 +70,10 @@ class DerivedRadar:
         ramp
     ramp_duration : s
     frame_duration : s, from the first ramp's start to the last one's end
-    azimuth_window, elevation_window : rad, greatest azimuth and elevation to either side that the
-        virtual array tells apart (`angle.ambiguity.unambiguous_window`); None if it does not
-        measure them
+    azimuth_window, elevation_window : rad, azimuth and elevation to either side within which the
+        virtual array tells all directions apart; both hold together, and of several such windows it
+        is the one that covers most of the elements' beam (`angle.ambiguity.unambiguous_window`);
+        None if the array does not measure them
     azimuth_beamwidth, elevation_beamwidth : rad, width of the virtual array's beam at half of its
         power (`limits.beams`), about the distance at which two equal targets are resolved; None if
         the array does not measure the angle or is too small
@@ -139,7 +140,9 @@ def derived_radar(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiv
     elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)
     window = Window(None, None)  # of an array whose lobes would take too long to find
     if not too_large(elements):
-        window = unambiguous_window(elements, estimator=angle_estimator(chosen))
+        window = unambiguous_window(
+            elements, estimator=angle_estimator(chosen), beam=beam_of(radar.array.pattern)
+        )
     widths = [half_power_width(elements, axis) for axis in (0, 1)]
     return DerivedRadar(
         name=radar.name,

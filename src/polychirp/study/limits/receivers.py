@@ -11,7 +11,7 @@ import numpy as np
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.angle.ambiguity import ambiguities
+from polychirp.receiver.angle.ambiguity import SAME_COSINE, ambiguities, beam_of
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.transforms import MOST_UNEVEN
@@ -66,21 +66,20 @@ def long_guards(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str
 
 
 def ambiguous_arrays(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
-    """Arrays that cannot tell apart directions in their field of view, the elements' 3-dB beam."""
+    """Arrays that cannot tell apart directions in their field of view, the elements' 3-dB beam.
+
+    These are the arrays whose `unambiguous_window` does not cover this beam.
+    """
     for number in victim_indices(study):
         radar, schedule = study.radars[number], schedules[number]
         receiver = receiver_for(study.receiver, schedule)
         elements = readable_elements(receiver, radar.array, schedule)
-        pattern = radar.array.pattern
-        half = [
-            min(0.5 * width, 0.5 * np.pi)
-            for width in (pattern.azimuth_beamwidth, pattern.elevation_beamwidth)
-        ]
+        half = beam_of(radar.array.pattern)
         lobes = np.abs(ambiguities(elements, estimator=angle_estimator(receiver)))
-        inside = lobes[np.all(lobes < 2.0 * np.sin(half) - 1e-6, axis=1)]
+        inside = lobes[np.all(lobes < 2.0 * np.sin(half) - SAME_COSINE, axis=1)]
         if not len(inside):
             continue
-        left, up = inside[np.argmin(np.linalg.norm(inside, axis=1))]
+        left, up = inside[np.argmin(np.linalg.norm(inside, axis=1))].round(6)
         yield (
             f"the array of '{radar.name}' cannot tell apart directions in its elements' beam of "
             f"±{np.degrees(half[0]):.3g}° by ±{np.degrees(half[1]):.3g}°, such as two whose sines "

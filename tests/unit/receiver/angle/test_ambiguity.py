@@ -113,6 +113,85 @@ def test_of_directions_with_equal_phases_the_nearest_to_boresight_is_chosen():
 
 
 def test_usual_arrays_are_unambiguous_to_the_sides():
-    for name in ("two rows", "rectangle", "scattered"):
+    for name in ("two rows", "rectangle"):
         window = unambiguous_window(Elements(place=0.98 * places(name)), estimator="bartlett")
         assert min(window) == pytest.approx(np.pi / 2, abs=1e-6)
+
+
+def test_scattered_elements_are_ambiguous_in_both_cosines_at_once():
+    """Seven elements have a lobe of 83 % at (0.40, −1.04), which no projection onto an axis has."""
+    place = 0.98 * places("scattered")
+    left, up = np.meshgrid(np.linspace(0.3, 0.5, 201), np.linspace(-1.15, -0.95, 201))
+    phases = left[..., None] * place[:, 0] + up[..., None] * place[:, 1]
+    power = np.abs(np.exp(2j * np.pi * phases).mean(axis=-1)) ** 2
+    assert power.max() > AMBIGUOUS_POWER
+    window = unambiguous_window(Elements(place=place), estimator="bartlett")
+    half = 0.5 * abs(up.ravel()[np.argmax(power)])
+    assert np.sin(window) == pytest.approx([1.0, half], abs=1e-3)
+
+
+def staggered(rng) -> tuple[Elements, np.ndarray]:
+    """Rows of a drawn pitch 2a and distance b, every other one shifted by a; and all their lobes.
+
+    The places 2a n + a m to the left and b m up have equal phases at cosines (i/2a, (k − i/2)/b)
+    apart, for all integers i and k.
+    """
+    aside, above = rng.uniform(0.35, 0.9, 2)
+    place = [(aside * (2 * n + m % 2), above * m) for m in range(3) for n in range(4)]
+    i, k = np.meshgrid(np.arange(-6, 7), np.arange(-6, 7))
+    lobes = np.stack([i / (2 * aside), (k - i / 2) / above], axis=-1).reshape(-1, 2)
+    far = np.linalg.norm(lobes, axis=1)
+    return Elements(place=place), lobes[(far > 0.0) & (far <= 2.0)]
+
+
+def has_lobe(lobes, sines) -> bool:
+    """True if two directions in a box of sines differ by a lobe."""
+    return bool(np.any(np.all(np.abs(lobes) < 2.0 * np.array(sines) - 1e-6, axis=1)))
+
+
+def test_the_window_of_staggered_rows_is_the_best_box_without_a_lobe():
+    """Against every box of 200 × 200 sines, for 40 drawn arrays, each with a drawn beam.
+
+    The box holds no lobe, cannot grow, and no other one covers more of the beam.
+    """
+    rng = np.random.default_rng(5)
+    steps = np.arange(1, 201) / 200
+    both_shrink = 0
+    for _ in range(40):
+        elements, lobes = staggered(rng)
+        beam = tuple(rng.uniform(0.2, np.pi / 2, 2))
+        sines = np.sin(unambiguous_window(elements, estimator="bartlett", beam=beam))
+        assert not has_lobe(lobes, sines)
+        for grown in (sines * [1.02, 1.0], sines * [1.0, 1.02]):
+            assert has_lobe(lobes, grown) or max(grown) > 1.0
+        # the least elevation at which a box of each azimuth meets a lobe
+        meets = np.abs(lobes[:, 0]) < 2.0 * steps[:, None] - 1e-6
+        tall = np.min(np.where(meets, 0.5 * np.abs(lobes[:, 1]), 1.0), axis=1)
+        covered = np.minimum(steps, np.sin(beam[0])) * np.minimum(tall, np.sin(beam[1]))
+        assert np.prod(np.minimum(sines, np.sin(beam))) >= covered.max() - 1e-6
+        both_shrink += max(sines) < 0.999
+    assert both_shrink >= 5
+
+
+def test_directions_within_the_window_of_staggered_rows_are_reported_as_they_are():
+    """Ten drawn directions on each of 20 drawn arrays, for beams that are wide and upright."""
+    rng = np.random.default_rng(6)
+    for beam in ((np.pi / 2, np.pi / 2), np.radians([60.0, 15.0]), np.radians([10.0, 60.0])):
+        for _ in range(20):
+            elements, _ = staggered(rng)
+            window = unambiguous_window(elements, estimator="bartlett", beam=tuple(beam))
+            azimuth, elevation = (0.97 * np.array(window) * rng.uniform(-1, 1, (10, 2))).T
+            left = np.cos(elevation) * np.sin(azimuth)
+            wave = elements.steering(np.stack([left, np.sin(elevation)], axis=-1))
+            found = directions(wave[..., None], elements, estimator="bartlett", beam=tuple(beam))
+            np.testing.assert_allclose(found.azimuth, azimuth, atol=1e-5)
+            np.testing.assert_allclose(found.elevation, elevation, atol=1e-5)
+
+
+def test_of_two_equal_boxes_the_beam_chooses():
+    """Rows staggered by half of one wavelength, half a wavelength apart, have a lobe at (1, 1)."""
+    elements = Elements(place=[(n + 0.5 * (m % 2), 0.5 * m) for m in range(4) for n in range(4)])
+    for beam, expected in (((90, 90), (90, 30)), ((50, 20), (90, 30)), ((20, 50), (30, 90))):
+        half = tuple(np.radians(beam))
+        window = unambiguous_window(elements, estimator="bartlett", beam=half)
+        assert np.degrees(window) == pytest.approx(expected, abs=1e-3)
