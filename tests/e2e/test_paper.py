@@ -183,7 +183,7 @@ def test_radars_that_are_not_in_step_make_no_ghost(results):
     Their rate is measured in tests/statistics/test_peaks_of_interference.py.
     """
     for row in rows(results, synchronous=False):
-        assert ghosts(row, weakest=-30.0 if row.mitigation == "none" else -np.inf) == []
+        assert ghosts(row, weakest=WEAKEST if row.mitigation == "none" else -np.inf) == []
 
 
 def test_all_verdicts_hold_but_for_more_ghosts_and_are_recorded(results):

@@ -181,15 +181,18 @@ def above_noise(
 ) -> tuple[Points, Residual]:
     """The points that stand out of the noise from their own directions, and what they leave.
 
-    The noise is measured again after some are left out: points that were peaks of noise have
-    lowered it.
+    Of two points that nearly cancel each other, either may exceed noise of which both together are
+    a peak: what one explains in addition must exceed that noise too. Noise is measured again after
+    some points are left out: those that were peaks of it have lowered it.
     """
+    least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=points.amplitude.shape[1])
     while len(points):
         profiles = Profiles.of(seen, residual.spectra, axes).mixed(seen.mixing)
         raised = NoiseDirections.of(seen, profiles).below(seen, points)
         if raised is points:
             break
-        points = standing_out(seen, raised, threshold, dynamic_range)
+        points, residual = pruned(seen, residual, raised, min(least, threshold))
+        points = standing_out(seen, points, threshold, dynamic_range)
         if len(points) == len(raised):
             break
         points, residual = settled(seen, residual.after(seen, points), points, sweeps=LAST_SWEEPS)
