@@ -1,5 +1,6 @@
 """The plan of detections: what its marks and labels say, and that they can be read."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -86,6 +87,18 @@ def test_an_echo_of_a_target_beside_its_metal_is_not_another_body():
     assert places["target, beside its visible metal"] == [23.0]
     assert places["another body"] == [40.0]
     assert list(drawing.data["nature"]) == ["target", "body", "body"]
+
+
+def test_what_is_above_the_radar_is_seen_from_above():
+    """A sign 6 m above the radar, at a slant range of 10 m, is 8 m ahead of it."""
+    height = np.full(1, np.arcsin(0.6))
+    truth = replace(truth_of(("sign", 10.0)), elevation=height)
+    found = replace(detections_at((10.0, -3.0)), elevation=height)
+    score = score_of(truth, found=["sign"], causes=[("target", "sign")])
+    left = detections_plan(found, truth, score, title="").figure.axes[0]
+    places = {line.get_label(): line.get_ydata() for line in left.lines}
+    assert places["target found"] == pytest.approx([8.0])
+    assert left.texts[0].xy == pytest.approx((0.0, 8.0))
 
 
 def test_without_another_body_the_legend_has_none():

@@ -72,8 +72,8 @@ def detections_plan(detections: Detections, truth: Truth, score: Score, *, title
     for axes, metal, found in (
         (
             left,
-            place(truth.place_range, truth.place_azimuth),
-            place(detections.range, detections.azimuth),
+            place(truth.place_range, truth.place_azimuth, truth.place_elevation),
+            place(detections.range, detections.azimuth, detections.elevation),
         ),
         (
             right,
@@ -138,7 +138,7 @@ def _marks(axes: Axes) -> np.ndarray:
 
 def _names_of_targets(truth: Truth, score: Score) -> list[Label]:
     """Names of the visible targets at their nearest points, and what became of them."""
-    across, ahead = place(truth.range, truth.azimuth)
+    across, ahead = place(truth.range, truth.azimuth, truth.elevation)
     labels = []
     for n in np.flatnonzero(truth.is_visible).tolist():
         ending, colour = _result(score, n)

@@ -68,9 +68,17 @@ def range_azimuth_parts(
     return Drawing(figure=figure, data=columns_of(surfaces, "right_m", "ahead_m"))
 
 
-def place(range_: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places on the plan, m to the right and ahead, of ranges and azimuths."""
-    return -range_ * np.sin(azimuth), range_ * np.cos(azimuth)
+def place(
+    range_: np.ndarray, azimuth: np.ndarray, elevation: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places seen from above, m to the right and ahead; an elevation that is NaN counts as zero.
+
+    >>> right, ahead = place(np.array([10.0]), np.radians([30.0]), np.radians([60.0]))
+    >>> right.round(2), ahead.round(2)
+    (array([-2.5]), array([4.33]))
+    """
+    level = range_ * np.cos(np.nan_to_num(elevation))
+    return -level * np.sin(azimuth), level * np.cos(azimuth)
 
 
 def mapped(
@@ -91,5 +99,5 @@ def mapped(
 
 def _surface(map_: RangeAzimuthMap) -> Surface:
     distance = group_means(map_.range, most=MOST_RANGES)
-    right, ahead = place(distance, np.arcsin(map_.sine)[:, None])
+    right, ahead = place(distance, np.arcsin(map_.sine)[:, None], np.zeros(1))
     return Surface(x=right, y=ahead, power=pooled(map_.power, most=MOST_RANGES, axis=1))

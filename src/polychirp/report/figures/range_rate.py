@@ -9,6 +9,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.spectra import RangeRateMap
 from polychirp.report.figures.drawing import GREY, ORANGE, SKY, Drawing, new_figure, styled
 from polychirp.report.figures.panels import COLOUR_SPAN_DB
+from polychirp.report.figures.range_azimuth_parts import place
 from polychirp.units import to_db
 
 
@@ -26,15 +27,9 @@ def range_rate_picture(
     left, right = figure.subplots(1, 2, width_ratios=[1.12, 1.0])
     _draw_map(figure, left, map_)
     still = np.abs(detections.range_rate) < 1.5 * (map_.range_rate[1] - map_.range_rate[0])
-    for axes, x, y in (
-        (left, detections.range_rate, detections.range),
-        (
-            right,
-            -detections.range * np.sin(detections.azimuth),
-            detections.range * np.cos(detections.azimuth),
-        ),
-    ):
-        _draw_detections(axes, x, y, still)
+    _draw_detections(left, (detections.range_rate, detections.range), still)
+    from_above = place(detections.range, detections.azimuth, detections.elevation)
+    _draw_detections(right, from_above, still)
     greatest = float(map_.range[-1])
     left.set(xlabel="Range rate (m/s), positive = away", ylabel="Range (m)", ylim=(0.0, greatest))
     left.set_title("Power over range and range rate")
@@ -69,14 +64,14 @@ def _draw_map(figure: Figure, axes: Axes, map_: RangeRateMap) -> None:
     figure.colorbar(image, ax=axes, extend="both", label="Power, mean of channels (dBFS)", pad=0.02)
 
 
-def _draw_detections(axes: Axes, x: np.ndarray, y: np.ndarray, still: BoolArray) -> None:
+def _draw_detections(axes: Axes, where: tuple[np.ndarray, np.ndarray], still: BoolArray) -> None:
     for mask, marker, colour, label in (
         (~still, "o", ORANGE, "detected, moving"),
         (still, "s", SKY, "detected, at rest"),
     ):
         axes.plot(
-            x[mask],
-            y[mask],
+            where[0][mask],
+            where[1][mask],
             marker,
             markerfacecolor="none",
             markeredgecolor=colour,
