@@ -195,3 +195,34 @@ def test_a_moving_point_is_right_within_a_ramp(place, velocity, before, limit, s
         tolerance=limit * 1e6,
         source="exact delay and radar equation at every instant",
     )
+
+
+def test_two_traces_of_one_path_that_fade_into_each_other_are_that_path():
+    """Shares of 2/3 and 1/3, and of none, on ramps that are longer than an interval of 1.2 ms.
+
+    The second share changes by more than itself on such a ramp. Without its rate, and with that of
+    the first one, amplitudes were wrong by up to a third.
+    """
+    interval, steady = 1.2e-3, HandPath(delay=12.0 / SPEED_OF_LIGHT, gain=1e-6)
+
+    def shot(number):
+        share = (number % 3) / 3.0
+        fade = 1.0 / (3.0 * interval)
+        both = [
+            replace(steady, gain=steady.gain * part, drift=rate / part)
+            for part, rate in ((1.0 - share, -fade), (share, fade))
+            if part > 0.0
+        ]
+        if share == 0.0:
+            both = [steady]
+        return paths_of(*both, reference_time=number * interval)
+
+    shots = [shot(number) for number in range(8)]
+    alone = [paths_of(steady, reference_time=number * interval) for number in range(8)]
+    plan = ramps(*[SLOPE, -SLOPE] * 2, duration=1.7e-3)
+    scene = replace(BOTH, radars=(RADAR,), carriers=(0,))
+    faded, true = (
+        Stretch().contribution(scene, [plan], paths, victim=0, transmitter=0)
+        for paths in (shots, alone)
+    )
+    assert np.abs(faded - true).max() < 1e-5 * np.abs(true).max()

@@ -31,6 +31,11 @@ NEGLIGIBLE_CHANGE: Final = 1e-6
 −120 dB."""
 
 
+GREATEST_FADE: Final = 1.5
+"""Greatest change of an amplitude, over itself, in an interval of the snapshots, which may be that
+of a fade; chosen: a fade changes by 1, and the antenna may add to it."""
+
+
 class SlowChange(NamedTuple):
     """A sum with other amplitudes, to be multiplied by ``factor`` (ramp, sample).
 
@@ -61,12 +66,16 @@ def _drift(tables: Tables) -> tuple[Tables, FloatArray]:
     """Rates of the amplitudes, V/s, and the times since the paths' own time, s.
 
     A rate that would change an amplitude by more than itself is left out: the path is a sum of
-    contributions that do not stay in phase for so long, and its drift is valid for less.
+    contributions that do not stay in phase for so long, and its drift is valid for less. A path
+    that fades in or out changes by itself in one interval of the snapshots at most, and together
+    with the path that replaces it not at all, so that neither may lose its rate on longer ramps.
     """
     links = tables.links
     since = tables.own.start - links.reference_time[links.snapshot]
     factor = since[:, None] + _times(tables)
-    is_valid = np.abs(links.amplitude_rate) * _largest(factor) <= np.abs(links.amplitude)
+    interval = float(np.min(np.diff(np.sort(links.reference_time)), initial=np.inf))
+    least = min(_largest(factor), interval / GREATEST_FADE)
+    is_valid = np.abs(links.amplitude_rate) * least <= np.abs(links.amplitude)
     rate = np.where(is_valid, links.amplitude_rate, 0.0)
     return tables._replace(links=links._replace(amplitude=rate)), factor
 
