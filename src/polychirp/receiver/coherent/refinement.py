@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.receiver.coherent.growth import grown, without_growth
 from polychirp.receiver.coherent.least_squares import mixed, sines
 from polychirp.receiver.coherent.observation import Observation
@@ -123,16 +123,31 @@ def inner_products(seen: Observation, points: Replicas, sums: ComplexArray) -> F
 
 
 def divided(
-    seen: Observation, residual: Residual, points: Points, threshold: float
+    seen: Observation,
+    residual: Residual,
+    points: Points,
+    threshold: float,
+    *,
+    least_lobe: FloatArray | None = None,
 ) -> tuple[Points, Residual]:
     """Points, two in place of one where these leave less by ``threshold`` floors or more.
 
     Two points nearer than a cell leave lobes on either side of the one that is fitted to both, each
     of which may be below the threshold of the map. Points that overlap another are not divided:
     those of a body, whose scatterers no number of points explains.
+
+    Parameters
+    ----------
+    least_lobe : power of a lobe, in floors, from which each point is tried; `LEAST_LOBE` by default
     """
-    alone = np.flatnonzero(~overlaps_another(seen, Replicas.of(seen, points)))
-    lobes, is_strong = _lobes(seen, residual, points[alone])
+    if least_lobe is None:
+        least_lobe = np.full(len(points), LEAST_LOBE * points.amplitude.shape[1])
+    is_alone = ~overlaps_another(seen, Replicas.of(seen, points))
+    alone = np.flatnonzero(is_alone & np.isfinite(least_lobe))
+    if not alone.size:
+        return points, residual
+    lobes, lobe = lobes_beside(seen, residual, points[alone])
+    is_strong = lobe >= least_lobe[alone]
     alone, lobes = alone[is_strong], lobes[is_strong]
     here = Replicas.of(seen, points)
     is_near = correlations(seen, here[alone], here) > LEAST_COUPLING
@@ -169,10 +184,12 @@ def _falls(seen: Observation, residual: Residual, after: Points, least: float) -
     return residual.energy - residual.after(seen, after).energy >= least
 
 
-def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Points, BoolArray]:
+def lobes_beside(
+    seen: Observation, residual: Residual, points: Points
+) -> tuple[Points, FloatArray]:
     """Starts of second points where the residual within a cell of each point is strongest.
 
-    The mask holds those where it is stronger than noise.
+    With them comes its power there, in floors, ``(point,)``.
     """
     grid = np.linspace(-2.0, 2.0, 5)
     offsets = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
@@ -187,7 +204,7 @@ def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Point
     power = power.reshape(len(offsets), count)
     best = np.argmax(power, axis=0) * count + np.arange(count)
     lobes = replace(places, amplitude=matched)[best]
-    return lobes, np.max(power, axis=0) >= LEAST_LOBE * points.amplitude.shape[1]
+    return lobes, np.max(power, axis=0)
 
 
 def pruned(

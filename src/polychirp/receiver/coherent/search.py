@@ -12,6 +12,7 @@ import numpy as np
 from polychirp.axes import BoolArray, FloatArray
 from polychirp.errors import ModelWarning
 from polychirp.receiver.coherent.acceleration import Accelerations
+from polychirp.receiver.coherent.agreement import Agreement
 from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
 from polychirp.receiver.coherent.crossing import uncrossed
 from polychirp.receiver.coherent.false_alarms import threshold_of
@@ -23,6 +24,7 @@ from polychirp.receiver.coherent.new_points import (
     further_points,
     new_points,
     plain_points,
+    shares_beats,
     still_shown,
 )
 from polychirp.receiver.coherent.noise import ramp_weights, whitening
@@ -35,6 +37,7 @@ from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.refinement import (
     SWEEPS_OF_ALL,
     divided,
+    lobes_beside,
     pruned,
     relaxed,
     settled,
@@ -65,6 +68,15 @@ show few."""
 MOST_UNCROSSED = 2
 """Greatest number of times that a search goes on after crossed points were put right; chosen:
 vehicles need one or two, and points of other radars may go on for long."""
+
+LEAST_OF_PAIR = 0.5
+"""Power that one point in place of two leaves beside it, over that of a new point which may be a
+side lobe of both, from which two are tried; chosen: of a point three cells away, whose own signal a
+new one is, at most a tenth lies there."""
+
+OTHER_RATE = 2.0
+"""Difference of range rates, in cells λ/2T, from which a new point may be such a side lobe; chosen:
+nearer ones are points of their own."""
 
 SWEEPS_OF_NEW_POINTS, LAST_SWEEPS = 12, 6
 """Greatest numbers of sweeps of fits; chosen: they end before where steps are not worth taking."""
@@ -114,6 +126,11 @@ def find_points(
         found = found[is_possible & (found.power * dynamic_range >= top)]
         trial = Trial.of(seen_map, residual, accelerations, threshold=threshold, is_tried=is_tried)
         fresh = new_points(trial, found)
+        points, trial, fresh = with_pairs(trial, points, fresh)
+        if trial.residual is not residual and not len(fresh):
+            residual = trial.residual
+            continue
+        residual = trial.residual
         if num_rough == 0 and (not len(fresh) or len(points) >= most):
             before = residual
             points, residual = uncrossed(seen, residual, points)
@@ -263,6 +280,33 @@ def keeps_away(seen: Observation, distance: FloatArray, rate: FloatArray) -> Boo
     distance, rate : m and m/s in the middle of the frame, ``(point,)``
     """
     return np.asarray(np.abs(distance) > 0.5 * seen.duration * np.abs(rate), dtype=np.bool_)
+
+
+def with_pairs(trial: Trial, points: Points, fresh: Points) -> tuple[Points, Trial, Points]:
+    """Points, two in place of one where new points may be side lobes of both, and the others.
+
+    One point in place of two that are nearer than a cell, with opposite phases, leaves most of
+    their power. It has side lobes at the beats of the two at other range rates, which would be
+    taken for points. Where two leave more than noise too, there is a body, and no two points.
+    """
+    if not len(points) or not len(fresh):
+        return points, trial, fresh
+    seen, threshold = trial.seen, trial.threshold
+    is_shared = shares_beats(seen, points.motion, fresh.motion)
+    apart = np.abs(points.motion[:, 1:2] - fresh.motion[:, 1])
+    is_shared &= apart > OTHER_RATE * seen.range_rate_cell
+    lobe = np.max(np.where(is_shared, fresh.power, 0.0), axis=1)
+    least = np.where(lobe > 0.0, LEAST_OF_PAIR * lobe, np.inf)
+    after, residual = divided(seen, trial.residual, points, threshold, least_lobe=least)
+    if len(after) == len(points):
+        return points, trial, fresh
+    _, left = lobes_beside(seen, residual, after[np.arange(len(points), len(after))])
+    if np.any(left > threshold):
+        return points, trial, fresh
+    shown = Agreement.at(seen, residual, fresh)
+    is_point = shown.power > threshold * fresh.floor
+    is_point &= shown.shows_points(fresh.floor, threshold)
+    return after, trial.after(residual), fresh[is_point]
 
 
 def all_added(
