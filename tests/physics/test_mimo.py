@@ -11,16 +11,20 @@ from polychirp.frames import Pose
 from polychirp.model.antenna import ISOTROPIC, AntennaArray, ArrayErrors
 from polychirp.model.detection import Detections
 from polychirp.model.if_filter import IfFilter
-from polychirp.model.if_frame import IfFrame, sample_times
+from polychirp.model.if_frame import IfFrame, IfParts, sample_times
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.scene import Actor, Scene
+from polychirp.model.truth import Truth
 from polychirp.receiver.angle.beamform import beamform, steering
 from polychirp.receiver.angle.doa import root_music
+from polychirp.receiver.attribution import target_levels
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mimo import (
     azimuths_in_motion,
     element_streams,
+    phases_in_motion,
     virtual_array,
+    virtual_parts,
 )
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.rng import Streams
@@ -28,6 +32,7 @@ from polychirp.synthesis.links.links import links_between
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
+from polychirp.units import to_db
 from polychirp.waveform import DopplerDivision, PhaseCoded, Sawtooth, TimeDivision, coded
 
 START, SLOPE, INTERVAL = 77e9, 10e12, 60e-6
@@ -327,6 +332,39 @@ ERRORS = {
     "channel_gains": (1.0, 0.8, 1.3, 1.0),
     "channel_phases": (0.0, 0.1, -0.2, 0.5),
 }
+
+
+@pytest.mark.parametrize("range_rate", [0.0, 3.0, -8.0])
+def test_elements_in_turns_give_a_moving_target_the_snr_of_a_decoding_for_its_rate(
+    range_rate,
+):
+    """The phase of the motion between the turns is no loss of the target's SNR."""
+    received = frame(plan(24, coding=TimeDivision()), target(range_rate=range_rate, azimuth=0.2))
+    random = np.random.default_rng(2)
+    noise = random.normal(size=(2, *received.samples.shape))
+    parts = IfParts(
+        samples=np.stack([received.samples, noise[0] + 1j * noise[1]]), names=("echo", "noise")
+    )
+    middle = float(np.mean(received.schedule.start_time))
+    true = Truth(
+        time=middle,
+        name=("car",),
+        range=[12.0 + range_rate * middle],
+        range_rate=[range_rate],
+        azimuth=[0.2],
+        elevation=[0.0],
+        point=np.zeros((1, 3)),
+        is_visible=[True],
+    )
+
+    def snr(rate, motion):
+        decoded = virtual_array(received, range_rate=rate)
+        own = virtual_parts(received, parts, range_rate=rate)
+        levels = target_levels(CoherentReceiver(), decoded, own, true, motion=motion)
+        return float(to_db(levels.snr[0]))
+
+    in_motion = phases_in_motion(received, true.range_rate)
+    assert snr(0.0, in_motion) == pytest.approx(snr(range_rate, None), abs=0.05)
 
 
 def test_a_channels_error_scales_its_echo_and_its_noise_alike():

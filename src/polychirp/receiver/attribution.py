@@ -88,11 +88,18 @@ def powers_in(parts: IfParts, powers_of: PartPowers) -> FloatArray:
 
 
 def part_amplitudes(
-    receiver: FrameReceiver, frame: IfFrame, parts: ComplexArray, detections: Detections
+    receiver: FrameReceiver,
+    frame: IfFrame,
+    parts: ComplexArray,
+    detections: Detections,
+    *,
+    motion: ComplexArray | None = None,
 ) -> ComplexArray:
     """Amplitude of each of ``parts`` at each detection: V, ``(detection, part, ramp)``.
 
-    ``parts`` are samples before mitigation, V ``(part, channel, ramp, fast)``.
+    ``parts`` are samples before mitigation, V ``(part, channel, ramp, fast)``. ``motion`` are
+    factors of the channels of a decoded frame, ``(detection, channel)`` (`phases_in_motion`); None
+    for ones.
 
     The mitigation that was chosen for the whole frame is applied to each part. The part is then
     steered to the detection's direction and matched to a point of its range and range rate on every
@@ -101,18 +108,20 @@ def part_amplitudes(
     """
     cleaned = mitigated(receiver.mitigation, frame)
     weight = _tapered(receiver, cleaned.weight)
-    motion = np.stack(
+    place = np.stack(
         [detections.range, detections.range_rate, np.zeros(detections.num_detections)], axis=-1
     )
-    phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
+    phases = beat_phase(frame.schedule, frame.times, motion=place, time=detections.time)
     _, sine, rise = direction_of(
         np.nan_to_num(detections.azimuth), np.nan_to_num(detections.elevation)
     ).T
     frequency = float(np.mean(frame.schedule.centre_frequency))
     weights = steering(frame.array, frequency=frequency, sine=sine, rise=rise)
+    if motion is not None:
+        weights = weights * motion.conj()
     stacked = cleaned.repair(parts).reshape(-1, *weight.shape)  # part × channel
     amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
-    by_part = amplitude.reshape(len(motion), *parts.shape[:3])
+    by_part = amplitude.reshape(len(place), *parts.shape[:3])
     return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
 
 
@@ -150,7 +159,12 @@ def _noise_powers(
 
 
 def target_levels(
-    receiver: FrameReceiver, frame: IfFrame, parts: IfParts, truth: Truth
+    receiver: FrameReceiver,
+    frame: IfFrame,
+    parts: IfParts,
+    truth: Truth,
+    *,
+    motion: ComplexArray | None = None,
 ) -> TargetLevels:
     r"""Echo and interference over noise that the receiver's filter finds at each true target.
 
@@ -166,6 +180,10 @@ def target_levels(
     are those after the receiver's mitigation. A target without echo has zeros. The receiver of MFSK
     has the tapered means of its two sequences in the place of ramps, since a step alone does not
     tell echoes apart.
+
+    ``motion`` are factors of the channels of a decoded frame, ``(target, channel)``, without which
+    the channels of elements that take turns would not add up for a moving target
+    (`phases_in_motion`).
     """
     if isinstance(receiver, Decoding):
         return target_levels(*_decoded(receiver, frame, parts), truth)
@@ -179,7 +197,7 @@ def target_levels(
         power=still,
         snr=still,
     )
-    amplitude = part_amplitudes(receiver, frame, parts.samples, cells)
+    amplitude = part_amplitudes(receiver, frame, parts.samples, cells, motion=motion)
     name = np.array(parts.names)
     is_own, is_noise = np.isin(name, ("echo", "multipath")), name == "noise"
     echo = amplitude[:, is_own].sum(axis=1)

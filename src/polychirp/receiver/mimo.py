@@ -27,7 +27,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, IntArray, axes_of
+from polychirp.axes import ComplexArray, FloatArray, IntArray, axes_of
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
@@ -103,6 +103,28 @@ def virtual_parts(frame: IfFrame, parts: IfParts, *, range_rate: float = 0.0) ->
         for part in parts.samples
     ]
     return replace(parts, samples=np.stack(decoded))
+
+
+def phases_in_motion(frame: IfFrame, range_rates: FloatArray) -> ComplexArray:
+    """Factors ``(target, channel)`` that motion gives to the channels of ``virtual_array(frame)``.
+
+    They are phase factors relative to a target at rest: elements that take turns are ahead by the
+    phase of the motion since the first sweep of their block. Of codes on all elements it is the
+    phase of the mean over the block.
+
+    Parameters
+    ----------
+    frame : frame as it was received, before `virtual_array`
+    range_rates : of the targets, m/s, ``(target,)``
+    """
+    _, order = virtual_line(frame.array, frame.schedule.num_elements)
+    blocks = code_blocks(frame.schedule)
+    start = frame.schedule.start_time[blocks.ramps[0, :, 0]]
+    cycles = 2.0 * np.outer(range_rates, start - start[0]) / SPEED_OF_LIGHT
+    turn = np.exp(2j * np.pi * float(np.mean(frame.schedule.centre_frequency)) * cycles)
+    of_element = np.angle(turn @ np.abs(blocks.weight) ** 2)
+    num_channels = frame.array.num_channels
+    return np.asarray(np.exp(1j * np.repeat(of_element, num_channels, axis=1)[:, order]))
 
 
 def azimuths_in_motion(

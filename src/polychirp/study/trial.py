@@ -27,6 +27,7 @@ from polychirp.receiver.attribution import attribute, floor_rise, powers_in, tar
 from polychirp.receiver.coherent.parts import PartPowers
 from polychirp.receiver.mimo import (
     azimuths_in_motion,
+    phases_in_motion,
     virtual_array,
     virtual_parts,
 )
@@ -339,10 +340,12 @@ def receive_and_score(
     if is_coded:
         found = azimuths_in_motion(receiver, received, found)
     true = truth(scene.at(found.time), victim, targets, has_occlusion=has_occlusion)
-    after = target_levels(receiver, frame, parts, true)
+    motion = phases_in_motion(received, true.range_rate) if is_coded else None
+    after = target_levels(receiver, frame, parts, true, motion=motion)
     before = after
     if receiver.mitigation is not None:
-        before = target_levels(replace(receiver, mitigation=None), frame, parts, true)
+        bare = replace(receiver, mitigation=None)
+        before = target_levels(bare, frame, parts, true, motion=motion)
     paths = paths_at(found.time, snapshots)
     then = scene.at(paths.reference_time)
     echo_snr = body_echoes(then, paths, victim=victim, targets=targets, frame=received)
