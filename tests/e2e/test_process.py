@@ -105,6 +105,30 @@ def test_a_profile_of_tis_tools_gives_what_the_same_parameters_give(
     assert found["range_m"] == pytest.approx(DISTANCE, abs=0.01)
 
 
+def test_azimuths_of_two_receivers_of_a_board_need_the_places_of_its_transmitters(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    """Transmitters of a board are four receivers apart, also if only two receivers are on."""
+    turn = np.exp(-1j * np.pi * 0.3 * np.array([0, 1]))[:, None, None]  # of a sine of 0.3
+    taken = np.exp(-1j * np.pi * 0.3 * 4 * (np.arange(128) % 2))[:, None]
+    write_raw(
+        tmp_path / "walk.bin",
+        point(1)[:, :2] * turn * taken,
+        device="xwr16xx",
+        is_complex=True,
+    )
+    profile = tmp_path / "radar.cfg"
+    profile.write_text(PROFILE.replace("channelCfg 15", "channelCfg 3"), encoding="utf-8")
+    options = ["process", str(tmp_path / "walk.bin"), "--params", str(profile), "--pfa", "1e-8"]
+    options += ["--set", "device=xwr16xx", "--json", "--out", str(tmp_path / "results")]
+    assert main(options) == 0
+    note = "need --set transmitter_positions=[[0,0],[4,0]], and azimuths are wrong without it"
+    assert note in capsys.readouterr().err
+    assert main([*options, "--set", "transmitter_positions=[[0,0],[4,0]]"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["frames"][0]["detections"]
+    assert np.sin(found["azimuth_rad"]) == pytest.approx(0.3, abs=0.01)
+
+
 def test_a_profile_that_sends_q_first_is_obeyed_and_told(
     raw: Path, capsys: pytest.CaptureFixture[str]
 ):

@@ -145,6 +145,7 @@ def _parameters(path: Path, changes: Sequence[str], *, is_raw: bool) -> CaptureP
 
     Only for a raw file, a profile also tells the layout of the recording.
     """
+    from polychirp.capture.dca1000 import NUM_LANES
     from polychirp.capture.parameter_file import read_parameters, with_values
     from polychirp.capture.ti_files import SUFFIXES
     from polychirp.capture.ti_profile import recording_parameters
@@ -170,6 +171,13 @@ def _parameters(path: Path, changes: Sequence[str], *, is_raw: bool) -> CaptureP
             "are; they are taken to be on one line in the order of their chirps, a whole receiving "
             "array apart; --set transmitter_positions=[[0,0],…] places them elsewhere"
         )
+        if changed.num_receivers < NUM_LANES:
+            places = ",".join(f"[{NUM_LANES * n},0]" for n in range(changed.num_transmitters))
+            say(
+                f"note: {path.name} has {changed.num_receivers} of {NUM_LANES} receivers on; "
+                f"transmitters that are {NUM_LANES} receivers apart, as on TI's evaluation boards, "
+                f"need --set transmitter_positions=[{places}], and azimuths are wrong without it"
+            )
     return changed
 
 

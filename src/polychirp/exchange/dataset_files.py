@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from polychirp.capture.zarr_file import ZarrArray
 from polychirp.errors import CapabilityError, InputError
+from polychirp.exchange.hdf5 import LAYOUT
 from polychirp.exchange.matlab import HEADER, HEADER_BYTES
 from polychirp.study.mitigation.dataset import ARRAYS
 
@@ -61,7 +62,7 @@ def _hdf5(folder: Path) -> Path:
     import h5py
 
     path = folder / "dataset.h5"
-    with h5py.File(path, "w", libver="latest", track_order=True) as file:
+    with h5py.File(path, "w", libver=LAYOUT, track_order=True) as file:
         for frame, arrays in frames_of(folder):
             group = file.create_group(frame)
             for name, values in arrays.items():

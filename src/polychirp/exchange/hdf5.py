@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from polychirp.study.store.load import StoredRun
 
 if TYPE_CHECKING:
     import h5py
+
+LAYOUT: Final = ("v108", "v108")
+"""Oldest and newest layout of the parts of a file: that of HDF5 1.8, which all later versions read,
+those in MATLAB too. HDF5 1.14 cannot read the newest layout of HDF5 2.0. In layouts older than 1.8,
+equal runs may have different bytes."""
 
 
 def write_hdf5(run: StoredRun, folder: Path) -> list[Path]:
@@ -25,8 +30,7 @@ def write_hdf5(run: StoredRun, folder: Path) -> list[Path]:
     import h5py
 
     path = folder / "run.h5"
-    # the newest layout keeps no times of creation, so that equal runs give equal bytes
-    with h5py.File(path, "w", libver="latest", track_order=True) as file:
+    with h5py.File(path, "w", libver=LAYOUT, track_order=True) as file:
         file.attrs["study"] = run.provenance.study
         file.attrs["radars"], file.attrs["actors"] = list(run.radars), list(run.actors)
         for number, victim in enumerate(run.victims):

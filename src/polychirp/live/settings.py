@@ -82,8 +82,14 @@ class RadarControls:
 
     @property
     def slope(self) -> float:
-        """Slope of its ramps, Hz/s."""
-        return self.bandwidth / self.ramp_duration
+        """Slope of its ramps, Hz/s; the greatest one that diverse ramps can have."""
+        return self.bandwidth / self.least_duration
+
+    @property
+    def least_duration(self) -> float:
+        """Duration of its shortest ramp, s."""
+        is_diverse = self.waveform == "diverse-triangular"
+        return self.ramp_duration * (1.0 - DIVERSITY if is_diverse else 1.0)
 
     def made(self) -> AnyWaveform:
         """The waveform."""
@@ -191,7 +197,7 @@ def _sweeps_of(settings: LiveSettings, controls: RadarControls) -> int:
     own = 1 if settings.victim.waveform == "sawtooth" else 2
     its = 1 if controls.waveform == "sawtooth" else 2
     time = settings.num_sweeps * own * settings.victim.ramp_duration
-    needed = time / (its * controls.ramp_duration)
+    needed = (time - min(0.0, controls.start_time)) / (its * controls.least_duration)
     return settings.num_sweeps if controls is settings.victim else max(1, math.ceil(needed))
 
 

@@ -206,6 +206,7 @@ def test_exports_have_the_same_numbers(tmp_path):
     assert made(out, "--frames", "1", "--workers", "1", "--to", "hdf5") == 0
     stored = zarr.open_group(out / "frame-000000.zarr", mode="r")["interfered"][...]
     assert np.array_equal(loadmat(out / "frame-000000.mat")["interfered"], stored)
+    assert (out / "dataset.h5").read_bytes()[8] == 2  # the layout of HDF5 1.8, for MATLAB
     with h5py.File(out / "dataset.h5") as file:
         assert np.array_equal(file["frame-000000/interfered"][...], stored)
         assert file["frame-000000/interfered"].attrs["units"] == "V"

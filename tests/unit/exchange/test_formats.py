@@ -107,6 +107,12 @@ def test_h5py_reads_the_hdf5_file(run, tmp_path):
         assert file["victim-0/truth/range"].attrs["units"] == "m"
 
 
+def test_the_hdf5_file_has_the_layout_of_hdf5_1_8(run, tmp_path):
+    """HDF5 1.14, which MATLAB has, cannot read the newest layout of HDF5 2.0."""
+    (path,) = writer_of("hdf5")(run, tmp_path)
+    assert path.read_bytes()[8] == 2  # version of the superblock; 3 since HDF5 1.10
+
+
 def test_the_sigmf_package_reads_the_samples(run, tmp_path):
     from sigmf import sigmffile
 

@@ -17,6 +17,7 @@ from polychirp.live.look import Stop, Stopped, detections_in, look_at, notes_on,
 from polychirp.live.presets import FIRST_PRESET, PRESETS
 from polychirp.live.settings import RadarControls, study_of
 from polychirp.study.check import check
+from polychirp.study.spec import schedules_of
 from polychirp.study.trial import run_trial
 
 
@@ -74,6 +75,30 @@ def test_the_other_radar_can_be_silent_and_repaired():
     # beyond the cars there is interference alone, and, after blanking, side lobes of the echoes
     far = before.size - before.size // 10
     assert np.median(after[far:]) < 0.6 * np.median(before[far:])
+
+
+@pytest.mark.parametrize("waveform", ["triangular", "diverse-triangular", "sawtooth"])
+@pytest.mark.parametrize("start_time", [-50e-6, 0.0])
+def test_the_other_radar_transmits_until_the_victim_ends(waveform, start_time):
+    settings = PRESETS[FIRST_PRESET]
+    other = RadarControls(waveform=waveform, ramp_duration=20e-6, start_time=start_time)
+    settings = replace(
+        settings,
+        victim=replace(settings.victim, ramp_duration=40e-6),
+        other=other,
+        num_sweeps=32,
+    )
+    own, its = schedules_of(study_of(settings))
+    assert its.end_time[-1] >= own.end_time[-1] * (1.0 - 1e-9)
+
+
+def test_the_steepest_ramp_beats_within_the_pass_band():
+    settings = PRESETS["motorway, oncoming"]
+    settings = replace(settings, victim=replace(settings.victim, waveform="diverse-triangular"))
+    study = study_of(settings)
+    radar, reach = study.radars[0], study.receiver.greatest_range
+    steepest = radar.waveform.bandwidth[1] / radar.waveform.ramp_duration[0]
+    assert 2.0 * steepest * reach / SPEED_OF_LIGHT <= radar.if_filter.passband * (1.0 + 1e-9)
 
 
 def test_the_distance_moves_the_other_radar_away():
