@@ -107,6 +107,7 @@ def test_a_noise_canceller_removes_an_impulse():
     assert np.sum(np.abs(after) ** 2) < 0.1 * np.sum(np.abs(before) ** 2)
 
 
+@pytest.mark.slow
 def test_methods_keep_the_order_of_arim():
     """Clean, sparse, network, autoregressive, adaptive, fixed threshold, nothing."""
     draw = np.random.default_rng(11)

@@ -74,10 +74,11 @@ def margins_text(gates: Iterable[Gate]) -> str:
         within("range", 1.0, " m"),
         within("range_rate", 1.0, " m/s"),
         within("azimuth", 180.0 / math.pi, "°"),
+        within("elevation", 180.0 / math.pi, "°"),
     )
     return (
-        f"A detection is on a target within {margins[0]}, {margins[1]} and {margins[2]} of azimuth "
-        "of its visible metal."
+        f"A detection is on a target within {margins[0]}, {margins[1]}, {margins[2]} of azimuth "
+        f"and, where the array measures it, {margins[3]} of elevation of its visible metal."
     )
 
 

@@ -1,5 +1,6 @@
 """The paper's figures 12 and 13 as tables: one row per curve and number of targets."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
@@ -228,5 +229,5 @@ def short(interval: Interval) -> str:
     >>> short((0.000123, 0.00011, 0.2))
     '0.00012 (0.00011…0.2)'
     """
-    value, low, high = (f"{number:.2g}" for number in interval)
+    value, low, high = ("–" if math.isnan(number) else f"{number:.2g}" for number in interval)
     return f"{value} ({low}…{high})"

@@ -1,5 +1,6 @@
 """The page of a stored study: its curves, and the estimates of every point."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -67,7 +68,8 @@ def _sentence(rows: Sequence[Summary]) -> str:
     """Span of the detection probability over all points."""
     if not rows:
         return "No trial was run."
-    low, high = (pick(row.detection.value for row in rows) for pick in (min, max))
+    known = [row.detection.value for row in rows if not math.isnan(row.detection.value)]
+    low, high = min(known, default=math.nan), max(known, default=math.nan)
     trials = sum(row.num_trials for row in rows)
     return (
         f"{counted(trials, 'trial')} of all points and radars: the detection probability is "

@@ -156,10 +156,11 @@ class Study(Spec):
 def tracer_of(study: Study, schedules: Sequence[RampSchedule]) -> AnyTracer:
     """The study's tracer; without a frequency of its own, at that of its radars' ``schedules``.
 
-    This is the mean of their centre frequencies, rounded so that drawn ramps of the same band share
-    their paths: from 50 GHz on to a whole GHz, where powers are then wrong by 0.1 dB at most (0.06
-    dB at 76 GHz), below to a hundredth of the power of ten, 0.1 GHz at 24 GHz (0.05 dB at most).
-    Up to 0.55 of a step is rounded down: radars from 79 to 80 GHz have 79 GHz.
+    Random values of vehicles are drawn anew for every seed of the study, and thus in every trial.
+    The frequency is the mean of their centre frequencies, rounded so that drawn ramps of the same
+    band share their paths: from 50 GHz on to a whole GHz, where powers are then wrong by 0.1 dB at
+    most (0.06 dB at 76 GHz), below to a hundredth of the power of ten, 0.1 GHz at 24 GHz (0.05 dB
+    at most). Up to 0.55 of a step is rounded down: radars from 79 to 80 GHz have 79 GHz.
 
     >>> from polychirp.waveform import Sawtooth
     >>> radar = StudyRadar(name="r", vehicle="car", waveform=Sawtooth(start_frequency=76e9))
@@ -168,6 +169,9 @@ def tracer_of(study: Study, schedules: Sequence[RampSchedule]) -> AnyTracer:
     76000000000.0
     """
     tracer = study.tracer
+    if isinstance(tracer, PointVehicles):
+        drawn = np.random.SeedSequence([tracer.seed, study.seed]).generate_state(1)
+        tracer = replace(tracer, seed=int(drawn[0]))
     if not isinstance(tracer, AtFrequency) or tracer.frequency is not None or not schedules:
         return tracer
     mean = float(np.mean([np.mean(one.centre_frequency) for one in schedules]))
@@ -218,12 +222,16 @@ def first_turn(study: Study, radar: StudyRadar) -> Turn:
     if study.access is None:
         return Turn()
     names = [one.name for one in study.radars]
-    heading_of = {vehicle.name: vehicle.heading for vehicle in study.street.vehicles}
-    heading = [heading_of.get(one.vehicle, 0.0) + one.mount.yaw for one in study.radars]
     streams = Streams(seed=study.seed)
-    given = study.access.assign(names=names, heading=np.array(heading), streams=streams)
+    given = study.access.assign(names=names, heading=headings(study), streams=streams)
     number = names.index(radar.name)
     return Turn(delay=float(given.delay[number]), shift=float(given.shift[number]))
+
+
+def headings(study: Study) -> FloatArray:
+    """Direction of each radar's axis in the world, rad, ``(radar,)``."""
+    of_vehicle = {vehicle.name: vehicle.heading for vehicle in study.street.vehicles}
+    return np.array([of_vehicle.get(one.vehicle, 0.0) + one.mount.yaw for one in study.radars])
 
 
 def schedules_of(study: Study) -> tuple[RampSchedule, ...]:

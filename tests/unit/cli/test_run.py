@@ -121,7 +121,7 @@ def test_a_run_is_stored_and_told(trial, capsys):
     assert str(path) in shown.err
     assert "front" in shown.out
     assert "10.0 dB" in shown.out
-    assert "on a target within 0.4 m, 1 m/s and 15° of azimuth" in shown.out
+    assert "on a target within 0.4 m, 1 m/s, 15° of azimuth" in shown.out
     assert [victim.name for victim in load_run(path).victims] == ["front"]
 
 

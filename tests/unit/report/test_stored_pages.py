@@ -1,12 +1,16 @@
 """Pages of stored runs and studies."""
 
 import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from polychirp.cli.app import main
 from polychirp.report.page_data import causes
 from polychirp.report.run_page import frame_data, run_page, write_run_page
+from polychirp.report.statistics import short
+from polychirp.report.study_page import _sentence
 from polychirp.study.store.load import load_run
 from polychirp.study.store.save import save_run
 from tests.support.runs import BOTH, ORIGIN, STUDY
@@ -67,3 +71,12 @@ def test_the_command_writes_the_page_into_the_folder_of_the_run(folder, capsys):
 def test_a_folder_without_results_is_refused(tmp_path, capsys):
     assert main(["report", str(tmp_path)]) == 2
     assert "there is no run and no study" in capsys.readouterr().err
+
+
+def test_points_without_targets_in_sight_leave_the_span_of_the_others():
+    rows = [
+        SimpleNamespace(detection=SimpleNamespace(value=value), num_trials=3)
+        for value in (np.nan, 0.5, 1.0)
+    ]
+    assert "0.50 to 1.00" in _sentence(rows)
+    assert short((np.nan, np.nan, np.nan)) == "– (–…–)"

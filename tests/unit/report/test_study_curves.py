@@ -1,7 +1,7 @@
 """Curves of studies: places, styles and limits that can be read."""
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -81,6 +81,17 @@ def test_differences_of_quantities_are_drawn_to_scale():
     axes = study_differences(results, over="bandwidth", title="").figure.axes[0]
     low, middle, high = axes.get_xticks()
     assert (middle - low) / (high - low) == pytest.approx(1 / 3)
+
+
+@pytest.mark.parametrize("draw", [study_curves, study_differences])
+def test_elevations_have_a_panel_if_an_array_measures_them(draw):
+    results = results_of(("gap", (1, 2)))
+    none = replace(results, elevation_error=np.full_like(results.elevation_error, np.nan))
+    for some, is_shown in ((results, True), (none, False)):
+        drawing = draw(some, over="gap", title="")
+        labels = [axes.get_ylabel() for axes in drawing.figure.axes]
+        assert any("levation error" in label for label in labels) == is_shown
+        assert ("elevation_rmse" in drawing.data) == is_shown
 
 
 def test_values_in_several_units_are_compared_in_si():

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.scene.ground_truth import truth
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.channel.tracers.sionna import SionnaRt
@@ -531,6 +532,19 @@ def test_powers_are_those_at_the_radars_own_carrier(start):
 def test_a_frequency_of_the_tracer_is_kept():
     study = replace(STUDY, tracer=FreeSpace(frequency=60e9))
     assert tracer_of(study, schedules_of(study)).frequency == 60e9
+
+
+def test_vehicles_of_points_are_drawn_anew_in_every_trial():
+    """The spread of 3GPP's cross section had been the same in all trials."""
+
+    def echo(seed):
+        study = replace(STUDY, tracer=PointVehicles(model="3gpp-one"), seed=seed)
+        paths = tracer_of(study, schedules_of(study)).trace(scene_of(study))
+        return 20.0 * np.log10(np.abs(paths.transfer[0, 0, 0]))
+
+    drawn = np.array([echo(seed) for seed in range(40)])
+    assert 1.0 < np.std(drawn) < 6.0
+    assert echo(3) == drawn[3]
 
 
 def test_drawn_ramps_of_one_band_have_one_frequency():

@@ -79,11 +79,14 @@ QUANTITIES: Final[Mapping[str, Quantity]] = {
     "range_rmse": Quantity(label="Range error, rms (m)", is_log=True),
     "range_rate_rmse": Quantity(label="Speed error, rms (km/h)", scale=3.6, is_log=True),
     "azimuth_rmse": Quantity(label="Azimuth error, rms (°)", scale=180.0 / math.pi, is_log=True),
+    "elevation_rmse": Quantity(
+        label="Elevation error, rms (°)", scale=180.0 / math.pi, is_log=True
+    ),
 }
-"""Panels of the curves, by the names of `Summary`."""
+"""Panels of the curves, by the names of `Summary`; the last one if an array measures elevations."""
 
-DIFFERENCES: Final = ("detection", "ghosts", "range_rmse", "range_rate_rmse", "azimuth_rmse")
-"""Panels of the differences, by the names of `Difference`."""
+DIFFERENCES: Final = tuple(name for name in QUANTITIES if name != "missed")
+"""Panels of the differences, by the names of `Difference`; the last one as in `QUANTITIES`."""
 
 
 @styled
@@ -105,11 +108,11 @@ def study_curves(results: Results, *, over: str, title: str) -> Drawing:
     place = dict(zip(labels, axis.places, strict=True))
     styles = styles_of(curves, with_lines=axis.are_numbers)
     offsets = axis.offsets(len(curves), most=0.02 * axis.span)
-    figure = new_figure(3.0 * axis.width, _height(len(curves)))
+    fields = _measured(rows, tuple(QUANTITIES))
+    figure, panels = _panels(len(fields), axis.width, num_curves=len(curves))
     is_cut = []
-    for (field, quantity), axes in zip(
-        QUANTITIES.items(), figure.subplots(2, 3).ravel(), strict=True
-    ):
+    for field, axes in zip(fields, panels, strict=True):
+        quantity = QUANTITIES[field]
         for (name, some), offset in zip(curves.items(), offsets, strict=True):
             x = np.array([place[row.labels[number]] for row in some])
             _draw(axes, offset + x, some, field, styles[name])
@@ -122,7 +125,7 @@ def study_curves(results: Results, *, over: str, title: str) -> Drawing:
         else:
             is_cut.append(_limit(axes, rows, field))
     _finish(figure, styles, title=title, is_cut=any(is_cut))
-    return Drawing(figure=figure, data=_table(results, rows, tuple(QUANTITIES)))
+    return Drawing(figure=figure, data=_table(results, rows, fields))
 
 
 @styled
@@ -144,10 +147,10 @@ def study_differences(results: Results, *, over: str, title: str) -> Drawing:
     place = dict(zip(labels[1:], axis.places, strict=True))
     styles = styles_of(curves, with_lines=False)
     offsets = axis.offsets(len(curves), most=0.15 * axis.gap)
-    figure = new_figure(3.0 * axis.width, _height(len(curves)))
-    panels = figure.subplots(2, 3).ravel()
+    fields = _measured(rows, DIFFERENCES)
+    figure, panels = _panels(len(fields), axis.width, num_curves=len(curves))
     is_cut = []
-    for field, axes in zip(DIFFERENCES, panels, strict=False):
+    for field, axes in zip(fields, panels, strict=True):
         axes.axhline(0.0, color=GREY, linewidth=0.8)
         for (name, some), offset in zip(curves.items(), offsets, strict=True):
             x = np.array([place[row.labels[number]] for row in some])
@@ -156,10 +159,9 @@ def study_differences(results: Results, *, over: str, title: str) -> Drawing:
         axes.set_xlim(min(axis.places) - 0.5 * axis.gap, max(axis.places) + 0.5 * axis.gap)
         axes.set(ylabel=f"Δ {QUANTITIES[field].label[0].lower()}{QUANTITIES[field].label[1:]}")
         is_cut.append(_limit(axes, rows, field))
-    panels[-1].set_axis_off()
     title = f"{title}, less '{labels[0]}'"
     _finish(figure, styles, title=title, is_cut=any(is_cut))
-    return Drawing(figure=figure, data=_table(results, rows, DIFFERENCES))
+    return Drawing(figure=figure, data=_table(results, rows, fields))
 
 
 def axis_number(results: Results, name: str) -> int:
@@ -206,6 +208,22 @@ def y_limits(
     bottom = max(float(np.fmin(low, known).min()), float(known.min()) - span)
     top = min(float(np.fmax(high, known).max()), float(known.max()) + span)
     return (bottom, top) if bottom < top else None
+
+
+def _measured(rows: Sequence[Any], fields: Sequence[str]) -> tuple[str, ...]:
+    """The fields without that of elevations if no array measures any."""
+    is_measured = any(math.isfinite(row.elevation_rmse.value) for row in rows)
+    return tuple(name for name in fields if is_measured or name != "elevation_rmse")
+
+
+def _panels(count: int, width: float, *, num_curves: int) -> tuple[Figure, list[Axes]]:
+    """A figure of two rows of panels of this width, inches."""
+    columns = -(-count // 2)
+    figure = new_figure(columns * width, _height(num_curves))
+    panels = figure.subplots(2, columns).ravel().tolist()
+    for empty in panels[count:]:
+        empty.remove()
+    return figure, panels[:count]
 
 
 def _height(num_curves: int) -> float:

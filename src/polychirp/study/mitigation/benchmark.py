@@ -116,7 +116,8 @@ class BenchmarkPlan:
     Raises
     ------
     InputError
-        There is no such set or family, or a number of frames is below 1.
+        There is no such set or family, a number of frames is below 1, or a method has the name of
+        another row.
     """
 
     methods: Mapping[str, Mitigation]
@@ -129,6 +130,9 @@ class BenchmarkPlan:
     def __post_init__(self) -> None:
         chosen = chosen_families(self.frame_set, self.families)
         object.__setattr__(self, "families", chosen)
+        for name in self.methods:
+            if name in (NO_MITIGATION, ORACLE) or name.endswith(KNOWN):
+                raise InputError(f"a method cannot be called '{name}'; that is another row's name")
         for number in (self.num_frames, *self.fewer.values()):
             if number < 1:
                 raise InputError(f"the number of frames is {number}; use 1 or more")
@@ -299,7 +303,7 @@ def chosen_families(frame_set: str, families: Sequence[str]) -> tuple[str, ...]:
     for family in families:
         if family not in known:
             raise InputError(no_such("family of frames", family, known))
-    return tuple(families) or tuple(known)
+    return tuple(dict.fromkeys(families)) or tuple(known)
 
 
 def benchmark_record(results: Sequence[MethodResult], plan: BenchmarkPlan) -> dict[str, Any]:

@@ -87,7 +87,7 @@ def drawn_points(
     if not window.least_range <= beside <= window.greatest_range:
         beside = distance - signs[0] * strong.apart.range
     second = DrawnPoint(
-        range=max(float(beside), 0.5 * window.least_range),
+        range=float(beside),
         range_rate=float(rate + signs[1] * strong.apart.range_rate),
         azimuth=float(azimuths[1]),
         snr=snr * strong.ratio,

@@ -8,10 +8,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
-from typing import Final
+from typing import Final, cast
 
 import numpy as np
 
+from polychirp.axes import FloatArray
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.errors import (
     CapabilityError,
@@ -34,12 +35,15 @@ from polychirp.receiver.selection import (
     receiver_of_kind,
 )
 from polychirp.receiver.settings import DetectorSettings
+from polychirp.rng import Streams
 from polychirp.study.check import check
 from polychirp.study.limits.targets import greatest_speed
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.provenance import Provenance, canonical_json, provenance
 from polychirp.study.roc.yardsticks import Extent, error_limits, resolution
-from polychirp.study.spec import Study, schedule_of
+from polychirp.study.spec import Study, headings, schedule_of
+from polychirp.waveform import AnyAccess, FrameRule
+from polychirp.waveform.access import Assignment
 
 MOST_CASES: Final = 1000
 """Greatest number of SNRs; chosen."""
@@ -97,6 +101,28 @@ class Curve:
             return self.kind
         shown = np.format_float_scientific(self.probability, trim="-", exp_digits=1)
         return f"{self.kind}, {shown}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AmongAll:
+    """The rule of a study for some of its radars, which it gives time and band as among all.
+
+    Parameters
+    ----------
+    rule : rule of the study
+    names, heading : names of all radars of the study, and directions of their axes, rad
+    """
+
+    rule: AnyAccess
+    names: tuple[str, ...]
+    heading: tuple[float, ...]
+
+    def assign(self, *, names: Sequence[str], heading: FloatArray, streams: Streams) -> Assignment:
+        """See `Access.assign`."""
+        del heading
+        given = self.rule.assign(names=self.names, heading=np.array(self.heading), streams=streams)
+        numbers = [self.names.index(name) for name in names]
+        return Assignment(delay=given.delay[numbers], shift=given.shift[numbers])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -238,6 +264,9 @@ def roc_plan(
             ratio=strong,
             apart=Extent(STRONG_CELLS * cell.range if distance is None else distance, rate or 0.0),
         )
+    window = _window([curve.receiver for curve in curves], schedule, array=bare.radars[0].array)
+    if second is not None:
+        _need_room(second, window)
     return RocPlan(
         study=bare,
         curves=tuple(curves),
@@ -245,12 +274,18 @@ def roc_plan(
         trials=trials,
         noise_trials=noise_trials,
         strong=second,
-        window=_window(
-            [curve.receiver for curve in curves],
-            schedule,
-            array=bare.radars[0].array,
-        ),
+        window=window,
     )
+
+
+def _need_room(strong: Strong, window: Window) -> None:
+    """Refuse a strong point for which some tested points have no room on either side."""
+    most = 0.5 * (window.greatest_range - window.least_range)
+    if strong.apart.range > most:
+        raise InputError(
+            f"a strong point {strong.apart.range:.3g} m beside has no room within the receivers' "
+            f"range limits; use {most:.3g} m or less, or raise receiver.greatest_range"
+        )
 
 
 def _need_numbers(snrs_db: Sequence[float], trials: int, noise_trials: int) -> None:
@@ -280,6 +315,11 @@ def _bare_study(study: Study, radar: str | None, interferers: Sequence[str]) -> 
             f"interferers are other radars than '{tested}', each named once; the study has "
             f"{', '.join(names)}"
         )
+    if interferers and isinstance(study.access, FrameRule):
+        raise CapabilityError(
+            f"access: '{study.access.kind}' acts from frame to frame, and roc measures single "
+            "frames; leave --interferer out, or measure detection with 'polychirp study'"
+        )
     radars = tuple(study.radars[names.index(name)] for name in (tested, *interferers))
     carriers = {one.vehicle for one in radars}
     vehicles = [one.name for one in study.street.vehicles]
@@ -301,7 +341,17 @@ def _bare_study(study: Study, radar: str | None, interferers: Sequence[str]) -> 
         victims=(tested,),
         targets=(),
         tracer=FreeSpace(),
+        access=_among_all(study),
     )
+
+
+def _among_all(study: Study) -> AnyAccess | None:
+    """The study's rule of access, which gives a radar the same among fewer radars."""
+    if study.access is None:
+        return None
+    names = tuple(one.name for one in study.radars)
+    rule = AmongAll(rule=study.access, names=names, heading=tuple(headings(study).tolist()))
+    return cast("AnyAccess", rule)
 
 
 def _alone(study: Study) -> Study:

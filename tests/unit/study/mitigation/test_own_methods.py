@@ -4,6 +4,7 @@ import pytest
 
 from polychirp.errors import InputError
 from polychirp.receiver.mitigation import Blanking, Imat
+from polychirp.study.mitigation.benchmark import BenchmarkPlan
 from polychirp.study.mitigation.own_methods import METHODS, SLOW_METHODS, methods_named
 
 PLACE = "polychirp.receiver.mitigation:Imat"
@@ -35,3 +36,9 @@ def test_a_method_of_a_users_own_is_found_by_its_place():
 def test_what_is_no_method_is_refused(names, own, sentence):
     with pytest.raises(InputError, match=sentence):
         methods_named(names, own)
+
+
+@pytest.mark.parametrize("name", ["nothing", "clean oracle", "mine, bursts known"])
+def test_a_method_with_the_name_of_another_row_is_refused(name):
+    with pytest.raises(InputError, match="another row"):
+        BenchmarkPlan(methods={name: Blanking()})

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from polychirp.errors import CapabilityError, InputError, ModelWarning
@@ -16,7 +17,7 @@ from polychirp.study.roc.plan import case_name, roc_plan
 from polychirp.study.roc.yardsticks import error_limits, resolution
 from polychirp.study.spec import schedules_of
 from polychirp.traffic.street import Building, Point
-from polychirp.waveform import Subframes
+from polychirp.waveform import ListenBeforeTalk, Slots, Subframes
 from tests.support.roc_study import TRIANGLES, roc_study
 
 ASK = {"snrs_db": [14.0], "trials": 3, "noise_trials": 4}
@@ -43,6 +44,36 @@ def test_another_radar_and_interferers_are_chosen_by_name():
     assert plan.radar == "other"
     first = roc_plan(replace(roc_study(), victims=("other",)), **ASK)
     assert first.radar == "other"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_rule_of_access_gives_radars_what_it_gives_them_in_the_study(seed):
+    """Two slots among three radars: the first and the third share one."""
+    two = roc_study()
+    third = replace(two.radars[1], name="third")
+    study = replace(
+        two, radars=(*two.radars, third), access=Slots(slot=2e-6, num_slots=2), seed=seed
+    )
+    bare = roc_plan(study, radar="front", interferers=["third"], **ASK).study
+    assert bare.radars == (study.radars[0], third)
+    wanted = schedules_of(study)
+    for found, number in zip(schedules_of(bare), (0, 2), strict=True):
+        assert np.array_equal(found.start_time, wanted[number].start_time)
+
+
+def test_a_strong_point_has_room_on_one_side_of_every_tested_point():
+    window = roc_plan(roc_study(), strong=1e3, **ASK).window
+    most = 0.5 * (window.greatest_range - window.least_range)
+    roc_plan(roc_study(), strong=1e3, apart=(0.99 * most, None), **ASK)
+    with pytest.raises(InputError, match=rf"use {most:.3g} m or less"):
+        roc_plan(roc_study(), strong=1e3, apart=(1.01 * most, None), **ASK)
+
+
+def test_a_rule_from_frame_to_frame_is_refused_beside_interferers():
+    study = replace(roc_study(), access=ListenBeforeTalk())
+    with pytest.raises(CapabilityError, match="acts from frame to frame"):
+        roc_plan(study, interferers=["other"], **ASK)
+    roc_plan(study, **ASK)
 
 
 def test_every_receiver_has_every_probability_that_it_knows():
