@@ -1,6 +1,7 @@
 """Derived physics of a study, by hand."""
 
 import re
+import warnings
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -323,6 +324,14 @@ def test_vehicles_that_free_space_cannot_show_are_noted():
         ModelWarning, match="computes no reliable echo of vehicles, so 'car' may not be found"
     ):
         check(replace(STUDY, tracer=FreeSpace()))
+
+
+def test_an_echo_in_the_middle_of_a_vehicle_is_noted():
+    with pytest.warns(ModelWarning, match="'3gpp-one' puts the echo of a vehicle in its middle"):
+        check(replace(STUDY, tracer=PointVehicles(model="3gpp-one")))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check(replace(STUDY, tracer=PointVehicles(model="3gpp-five")))
 
 
 def test_points_are_targets_that_free_space_can_show():

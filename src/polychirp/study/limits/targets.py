@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.frames import direction_angles
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.ramp import RampSchedule
@@ -25,7 +26,7 @@ Body = Vehicle | Point | RoadUser
 
 
 def targets_without_echo(study: Study) -> Iterator[str]:
-    """A sentence if vehicles are targets and the tracer computes no reliable echo of vehicles."""
+    """A sentence if vehicles are targets, and the tracer has no reliable echo of their metal."""
     vehicles = {vehicle.name for vehicle in study.street.vehicles}
     names = sorted(
         vehicles.intersection(
@@ -37,6 +38,12 @@ def targets_without_echo(study: Study) -> Iterator[str]:
             f"the tracer '{study.tracer.kind}' computes no reliable echo of vehicles, so "
             f"'{names[0]}' may not be found; use the tracer 'composite' or 'point-vehicles', or "
             "name points as targets if it has them"
+        )
+    if names and isinstance(study.tracer, PointVehicles) and study.tracer.model == "3gpp-one":
+        yield (
+            "the model '3gpp-one' puts the echo of a vehicle in its middle, but scores and SNRs "
+            f"refer to its visible metal: '{names[0]}' may count as missed where it is detected; "
+            "use the model '3gpp-five' or 'tables'"
         )
 
 
