@@ -125,12 +125,11 @@ def find_points(
         is_possible = keeps_away(seen, found.range, found.range_rate)
         found = found[is_possible & (found.power * dynamic_range >= top)]
         trial = Trial.of(seen_map, residual, accelerations, threshold=threshold, is_tried=is_tried)
-        fresh = new_points(trial, found)
-        points, trial, fresh = with_pairs(trial, points, fresh)
-        if trial.residual is not residual and not len(fresh):
-            residual = trial.residual
-            continue
+        before = residual
+        points, trial, fresh = with_pairs(trial, points, new_points(trial, found))
         residual = trial.residual
+        if residual is not before and not len(fresh):
+            continue
         if num_rough == 0 and (not len(fresh) or len(points) >= most):
             before = residual
             points, residual = uncrossed(seen, residual, points)
