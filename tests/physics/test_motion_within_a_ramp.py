@@ -197,32 +197,48 @@ def test_a_moving_point_is_right_within_a_ramp(place, velocity, before, limit, s
     )
 
 
-def test_two_traces_of_one_path_that_fade_into_each_other_are_that_path():
-    """Shares of 2/3 and 1/3, and of none, on ramps that are longer than an interval of 1.2 ms.
+INTERVAL = 1.2e-3
+"""Time between traces, s, shorter than the ramps of `FADED`."""
 
-    The second share changes by more than itself on such a ramp. Without its rate, and with that of
-    the first one, amplitudes were wrong by up to a third.
+FADED = ramps(*[SLOPE, -SLOPE] * 2, duration=1.7e-3)
+
+
+def samples(engine, *shots):
+    """Own echoes of one radar with the schedule `FADED`."""
+    scene = replace(BOTH, radars=(RADAR,), carriers=(0,))
+    return engine.contribution(scene, [FADED], shots, victim=0, transmitter=0)
+
+
+def faded(before, after):
+    """Traces between two paths: the share of the second is 0, 1/3, 2/3, and 0 again.
+
+    The second share changes by more than itself on a ramp of `FADED`.
     """
-    interval, steady = 1.2e-3, HandPath(delay=12.0 / SPEED_OF_LIGHT, gain=1e-6)
-
-    def shot(number):
+    fade = 1.0 / (3.0 * INTERVAL)
+    for number in range(8):
         share = (number % 3) / 3.0
-        fade = 1.0 / (3.0 * interval)
         both = [
-            replace(steady, gain=steady.gain * part, drift=rate / part)
-            for part, rate in ((1.0 - share, -fade), (share, fade))
+            replace(path, gain=path.gain * part, drift=rate / part)
+            for path, part, rate in ((before, 1.0 - share, -fade), (after, share, fade))
             if part > 0.0
         ]
-        if share == 0.0:
-            both = [steady]
-        return paths_of(*both, reference_time=number * interval)
+        yield paths_of(*(both if share else [before]), reference_time=number * INTERVAL)
 
-    shots = [shot(number) for number in range(8)]
-    alone = [paths_of(steady, reference_time=number * interval) for number in range(8)]
-    plan = ramps(*[SLOPE, -SLOPE] * 2, duration=1.7e-3)
-    scene = replace(BOTH, radars=(RADAR,), carriers=(0,))
-    faded, true = (
-        Stretch().contribution(scene, [plan], paths, victim=0, transmitter=0)
-        for paths in (shots, alone)
-    )
-    assert np.abs(faded - true).max() < 1e-5 * np.abs(true).max()
+
+def test_two_traces_of_one_path_that_fade_into_each_other_are_that_path():
+    """Without the second share's rate, amplitudes were wrong by up to a third."""
+    steady = HandPath(delay=12.0 / SPEED_OF_LIGHT, gain=1e-6)
+    alone = [paths_of(steady, reference_time=number * INTERVAL) for number in range(8)]
+    true = samples(Stretch(), *alone)
+    error = np.abs(samples(Stretch(), *faded(steady, steady)) - true).max()
+    assert error < 1e-5 * np.abs(true).max()
+
+
+def test_paths_that_fade_are_those_of_full_rate_integration():
+    """A path of 12 m that fades into one of 12.3 m and another phase."""
+    before = HandPath(delay=12.0 / SPEED_OF_LIGHT, gain=1e-6)
+    after = replace(before, delay=12.3 / SPEED_OF_LIGHT, gain=0.7e-6j)
+    shots = list(faded(before, after))
+    slow = samples(FullBand(sample_rate=2e7), *shots)
+    error = np.abs(samples(Stretch(), *shots) - slow).max()
+    assert error < 1e-5 * np.abs(slow).max()
