@@ -89,8 +89,8 @@ def check(study: Study) -> Derived:
         Names do not agree, a ramp is too short for its converter, a radar sits inside a body…;
         every problem is listed with its place. Or the study needs too much memory (`limits.size`).
     PhysicsError
-        The beats of echoes from the receiver's greatest range are above the edge of the IF filter's
-        stop band, or above half the sample rate.
+        The beats of a victim's echoes from the receiver's greatest range are above the edge of the
+        IF filter's stop band, or above half the sample rate.
     CapabilityError
         The elements of a victim's array cannot be told apart, or its receiver cannot read its ramps
         or real samples, or its receiver or estimator of angles cannot read the array.
@@ -129,13 +129,15 @@ def check(study: Study) -> Derived:
 def _refuse_frames(
     study: Study, schedules: Sequence[RampSchedule], radars: Sequence[DerivedRadar]
 ) -> None:
-    """Refuse radars that cannot sample their echoes, and victims whose frames cannot be read."""
-    for number, (radar, derived) in enumerate(zip(study.radars, radars, strict=True)):
-        refuse_undersampled(study, radar, derived, number=number)
-        refuse_unfollowed(radar)
+    """Refuse victims that cannot sample their echoes, or whose frames cannot be read.
+
+    Nothing is asked of the converters of other radars, whose samples nobody computes.
+    """
     for number in victim_indices(study):
         radar, schedule = study.radars[number], schedules[number]
         is_real = radar.converter.is_real
+        refuse_undersampled(study, radar, radars[number], number=number)
+        refuse_unfollowed(radar)
         refuse_unread(study, schedule, number=number)
         refuse_unfit(
             study.receiver.mitigation,

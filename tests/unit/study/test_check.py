@@ -292,6 +292,13 @@ def test_beats_that_a_radar_cannot_sample_are_refused(change):
         check(replace(STUDY, radars=(replace(FRONT, **change),)))
 
 
+def test_radars_that_are_no_victims_need_not_sample_their_echoes():
+    slow = replace(FRONT, name="slow", converter=Converter(sample_rate=0.3e6))
+    assert check(replace(STUDY, radars=(FRONT, slow), victims=("front",))).victims == ("front",)
+    with pytest.raises(PhysicsError, match=r"radars\.1: .*'slow' samples no more than 150"):
+        check(replace(STUDY, radars=(FRONT, slow), victims=("front", "slow")))
+
+
 def test_beats_above_a_megahertz_are_told_in_megahertz():
     """2 · 500 m · 1e13 Hz/s / c = 33.36 MHz."""
     study = post_at(
