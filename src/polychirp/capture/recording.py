@@ -59,6 +59,7 @@ class Recording:
             )
         self._refuse_bad_samples(samples, number)
         self._warn_of_silent_receivers(samples)
+        self._warn_of_small_samples(samples)
         if parameters.sampling == "real":
             samples = 2.0 * samples.real.astype(np.complex128)
         if parameters.conjugate:
@@ -79,6 +80,18 @@ class Recording:
             warnings.warn(
                 f"{self.name}: frames hold nothing but zeros of receiver {names}; check "
                 "num_receivers, and which receivers the device had switched on",
+                ModelWarning,
+                stacklevel=3,
+            )
+
+    def _warn_of_small_samples(self, samples: ComplexArray) -> None:
+        greatest = np.max(np.maximum(np.abs(samples.real), np.abs(samples.imag)), initial=0.0)
+        is_within_a_count = 0.0 < greatest <= 1.0 / self.parameters.stored_full_scale
+        if self.parameters.full_scale is None and is_within_a_count:
+            warnings.warn(
+                f"{self.name}: no sample exceeds one count of the converter, whose full scale is "
+                f"{self.parameters.stored_full_scale:g} counts; powers in dBFS are wrong if the "
+                "samples are stored over full scale: set full_scale=1.0 then",
                 ModelWarning,
                 stacklevel=3,
             )

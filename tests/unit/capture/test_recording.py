@@ -206,6 +206,16 @@ def test_a_receiver_that_holds_only_zeros_is_named():
         from_array(stored, PARAMETERS, name="x").frame(0)
 
 
+def test_samples_over_full_scale_are_not_taken_for_counts_in_silence():
+    counts = words(1, 6, 3, 8)
+    small = counts / np.abs(np.stack([counts.real, counts.imag])).max()
+    unsaid = replace(PARAMETERS, full_scale=None)
+    with pytest.warns(ModelWarning, match=r"x: no sample exceeds one count .* full_scale=1\.0"):
+        from_array(small, unsaid, name="x").frame(0)
+    for stored, said in ((small, replace(unsaid, full_scale=1.0)), (counts, unsaid)):
+        from_array(stored, said, name="x").frame(0)
+
+
 def test_a_mirrored_line_is_mirrored_with_its_transmitters():
     """Virtual elements of two transmitters and four receivers make one line from left to right."""
     line = replace(PARAMETERS, num_receivers=4, num_transmitters=2)
