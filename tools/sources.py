@@ -37,15 +37,42 @@ def imports_of(file: Path) -> set[str]:
 
 @cache
 def graph(root: Path = ROOT) -> dict[Path, set[Path]]:
-    """Files of the repository, below its root, and the files that each of them imports."""
+    """Files of the repository, below its root, and the files that each of them imports.
+
+    A public name of the package stands for the file that defines it.
+    """
     files = {
         module_of(file.relative_to(root)): file.relative_to(root)
         for folder in CODE
         for file in sorted((root / folder).rglob("*.py"))
     }
+    public = public_names(root)
     return {
-        file: {files[name] for name in imports_of(root / file) if name in files}
+        file: {
+            files[module]
+            for module in (public.get(name, name) for name in imports_of(root / file))
+            if module in files
+        }
         for file in files.values()
+    }
+
+
+def public_names(root: Path = ROOT) -> dict[str, str]:
+    """Module of each public name of the package, by the dotted name under which it is imported.
+
+    ``__init__.py`` imports them when they are used, which its syntax tree does not show.
+
+    >>> public_names()["polychirp.run_trial"]
+    'polychirp.study.trial'
+    """
+    file = root / "src" / "polychirp" / "__init__.pyi"
+    if not file.exists():
+        return {}
+    return {
+        f"polychirp.{alias.name}": node.module
+        for node in ast.parse(file.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ImportFrom) and node.module
+        for alias in node.names
     }
 
 

@@ -89,9 +89,10 @@ for distance, rate, nature in list(
 # %%
 # The strongest detection is a ghost: the wave of the oncoming radar, which travels one way, is
 # taken for an echo, which travels both ways. Its range is half the distance between the radars, and
-# so is its range rate. The two weak ones nearer to us, 61 and 68 dB below it, are side lobes of the
-# receiver's window: of a wave as strong as this one, they are above the noise. The samples' parts
-# are kept apart, so that the cause of each peak can be seen.
+# so is its range rate. The second one, 25 dB weaker, is a ghost too: the same wave by way of the
+# other car's body, at half the length of that way. The shoulder of the profile at 15 m, 61 dB below
+# the first ghost, is a side lobe of the receiver's window. The samples' parts are kept apart, so
+# that the cause of each peak can be seen.
 
 profile = pc.draw("range-profile", seen, study.receiver, title="equal chirps")
 

@@ -114,7 +114,7 @@ with tempfile.TemporaryDirectory() as name:
 # Each row of a summary is one point of the grid, with 95 % intervals. Ten trials give wide ones.
 
 figure, (detection, ghosts) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
-for label in ("conventional", "diverse"):
+for label, style in (("conventional", "o-"), ("diverse", "s--")):
     rows = [row for row in pc.summaries(results) if row.labels[1] == label]
     numbers = [row.labels[0] for row in rows]
     for axes, estimates in (
@@ -124,10 +124,10 @@ for label in ("conventional", "diverse"):
         values = [one.value for one in estimates]
         below = [one.value - one.low for one in estimates]
         above = [one.high - one.value for one in estimates]
-        axes.errorbar(numbers, values, yerr=(below, above), fmt="o-", capsize=3, label=label)
+        axes.errorbar(numbers, values, yerr=(below, above), fmt=style, capsize=3, label=label)
     print(label, [f"{row.detection.value:.2f}, {row.ghosts.value:.1f} ghosts" for row in rows])
-detection.set(xlabel="Targets", ylabel="Detection probability", ylim=(0, 1.05))
-ghosts.set(xlabel="Targets", ylabel="Ghosts in a frame", ylim=(0, None))
+detection.set(xlabel="Targets", ylabel="Detection probability", ylim=(0, 1.05), xticks=numbers)
+ghosts.set(xlabel="Targets", ylabel="Ghosts in a frame", ylim=(0, None), xticks=numbers)
 detection.legend()
 
 # %%

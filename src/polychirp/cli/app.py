@@ -132,8 +132,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _TERMINATED if isinstance(stop, Terminated) else _STOPPED
     except (PolychirpError, OSError, MemoryError, RecursionError, OverflowError) as error:
         explained = _explained(error)
-        say(f"polychirp: {explained}")
+        say(f"polychirp: {_as_called(str(explained))}")
         return explained.exit_code
+
+
+def _as_called(message: str) -> str:
+    """The message, in which quoted commands begin with the name that the user called."""
+    return message.replace("'polychirp ", f"'{command_name()} ")
 
 
 def _explained(error: BaseException) -> PolychirpError:

@@ -123,6 +123,8 @@ def _print_tables(results: Any) -> None:
     console.print(claims_table(results))
     console.print(variants_table(results.rows))
     console.print(statistics_table(results.statistics))
+    if results.stored is not None:
+        console.print(f"- {origin(results.stored)}")
     for finding in findings(shown_statistics(results)):
         console.print(f"- {finding}")
     if results.traced is not None:

@@ -46,6 +46,7 @@ from polychirp.report.words import (
     SCENARIO_WORDS,
     WAVEFORM_WORDS,
     decimal,
+    distinct,
     figure_name,
     target_words,
     timing,
@@ -294,7 +295,7 @@ def _cases(rows: Sequence[PaperRow]) -> list[dict[str, Any]]:
     """A table for every scenario and victim, and a section to unfold for every row."""
     cases = []
     for scenario, radar in dict.fromkeys((row.scenario, row.radar) for row in rows):
-        chosen = [row for row in rows if (row.scenario, row.radar) == (scenario, radar)]
+        chosen = distinct(r for r in rows if (r.scenario, r.radar) == (scenario, radar))
         cases.append(
             {
                 "title": f"{scenario}: {SCENARIO_WORDS[scenario]} at {radar}",

@@ -8,7 +8,14 @@ from rich.text import Text
 
 from polychirp.report.statistics import BRIEF_HEAD, brief_rows
 from polychirp.report.verdict import false_detection_lines, verdicts
-from polychirp.report.words import MITIGATION_WORDS, WAVEFORM_WORDS, decimal, target_words, timing
+from polychirp.report.words import (
+    MITIGATION_WORDS,
+    WAVEFORM_WORDS,
+    decimal,
+    distinct,
+    target_words,
+    timing,
+)
 from polychirp.study.paper.results import GhostRow, PaperResults, PaperRow, StatisticsRow
 
 
@@ -31,7 +38,7 @@ def claims_table(results: PaperResults) -> Table:
 def variants_table(rows: Sequence[PaperRow]) -> Table:
     """All rows, each with its waveform, start times and mitigation, and what was detected."""
     table = _empty("Every case", ("Case", "Waveform", "Starts", "Receiver"))
-    for row in rows:
+    for row in distinct(rows):
         table.add_row(
             f"{row.scenario}, {row.radar}",
             WAVEFORM_WORDS[row.waveform],

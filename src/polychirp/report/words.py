@@ -1,7 +1,7 @@
 """Wording and formats of numbers that tables, figures and pages share."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from polychirp.study.paper.results import (
@@ -30,6 +30,11 @@ MITIGATION_WORDS: Final[dict[Mitigation, str]] = {"none": "no mitigation", "blan
 def timing(row: PaperRow) -> str:
     """Relation between the start times of a row's radars, in words."""
     return "starting together" if row.synchronous else "random starts"
+
+
+def distinct(rows: Iterable[PaperRow]) -> list[PaperRow]:
+    """Rows without those that repeat another one: in scenario A no interferer starts."""
+    return [row for row in rows if row.scenario != "A" or row.synchronous]
 
 
 def variant_name(row: PaperRow) -> str:

@@ -126,6 +126,17 @@ def test_the_script_that_was_called_is_named_in_what_it_suggests(monkeypatch, ca
     assert capsys.readouterr().err.endswith(f"next: ./run check '{tmp_path}/a b.toml'\n")
 
 
+def test_the_script_that_was_called_is_named_in_what_an_error_suggests(
+    monkeypatch, capsys, tmp_path
+):
+    monkeypatch.setenv("POLYCHIRP_NAME", "./run")
+    path = tmp_path / "missing.toml"
+    assert app.main(["check", str(path)]) == 2
+    assert capsys.readouterr().err == (
+        f"polychirp: there is no file '{path}'; './run init {path}' writes one to start from\n"
+    )
+
+
 def test_a_fault_of_polychirp_keeps_its_traceback(monkeypatch):
     command_that(monkeypatch, raising(ZeroDivisionError()))
     with pytest.raises(ZeroDivisionError):

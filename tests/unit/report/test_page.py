@@ -167,6 +167,15 @@ def test_the_terminal_shows_the_claims_and_every_variant(results):
     assert variants.count("fixed slope, different for each radar") == 8
 
 
+def test_rows_without_an_interferer_are_shown_once(results, make_row):
+    """In scenario A no interferer starts, so that both starts are one row."""
+    twice = (*results.rows, make_row("A", "radar 1", synchronous=False))
+    assert printed(variants_table(twice)) == printed(variants_table(results.rows))
+    tables = [page(replace(results, rows=rows), {}) for rows in (results.rows, twice)]
+    cells = [html.split('id="cases"')[1].count(">conventional</td>") for html in tables]
+    assert cells[0] == cells[1] > 0
+
+
 def test_everything_is_written_where_it_is_looked_for(results, tmp_path, monkeypatch):
     def blank(*_, **__):
         return Drawing(figure=new_figure(1.0, 1.0), data={"x": [1.0]})

@@ -47,6 +47,16 @@ def test_the_graph_knows_both_directions(tree):
     assert importers_of(LAW, tree) == {LAW, USER}
 
 
+def test_a_public_name_stands_for_the_module_that_defines_it(tree):
+    """The package imports its public names when they are used, which its own code hides."""
+    package = tree / "src" / "polychirp"
+    (package / "__init__.py").write_text("")
+    (package / "__init__.pyi").write_text("from polychirp.law import double as double\n")
+    (tree / USER).write_text("from polychirp import double\n\nFOUR = double(2)\n")
+    assert LAW in imported_by([USER], tree)
+    assert OTHER not in imported_by([USER], tree)
+
+
 def test_a_record_without_its_stamp_is_stale():
     record = Record(name="law", command=(), starts=("tools/sources.py",), minutes=1)
     assert stale([record], {}) == [record]
