@@ -249,7 +249,7 @@ def test_a_board_with_a_raised_transmitter_measures_elevations(
     assert "+12." in printed
 
 
-@pytest.mark.parametrize("form", ["npy", "zarr"])
+@pytest.mark.parametrize("form", ["npy", "zarr", "zarr/victim-0/samples"])
 def test_numpy_and_zarr_arrays_are_processed_alike(
     tmp_path: Path, form: str, capsys: pytest.CaptureFixture[str]
 ):
@@ -260,7 +260,7 @@ def test_numpy_and_zarr_arrays_are_processed_alike(
     else:
         zarr = pytest.importorskip("zarr")
         zarr.save_array(path, array)
-    (tmp_path / "walk.toml").write_text(TEMPLATE, encoding="utf-8")
+    path.with_suffix(".toml").write_text(TEMPLATE, encoding="utf-8")
     assert (
         main(["process", str(path), "--out", str(tmp_path / "o"), "--pfa", "1e-8", "--json"]) == 0
     )

@@ -24,6 +24,10 @@ _LONGEST_RANGE = 30
 _FORMS: Final = (".npy", ".zarr", ".bin")
 """Ends of the names of recordings that are read."""
 
+_ARRAY_FILES: Final = ("zarr.json", ".zarray")
+"""Files by which a folder is a Zarr array, such as ``run.zarr/victim-0/samples``, whatever its
+name."""
+
 KEPT_FILES: Final = "maps and pictures of finished frames stay in the folder"
 """Part of the message that `cli.app` prints after an interrupt."""
 
@@ -131,7 +135,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _refuse_no_recording(path: Path) -> None:
     """Refuse what is no recording of a form that is read, before its parameters are asked for."""
-    if path.suffix not in _FORMS:
+    is_array = any((path / name).is_file() for name in _ARRAY_FILES)
+    if path.suffix not in _FORMS and not is_array:
         raise InputError(
             f"'{path}' is no recording; its name must end in "
             f"{', '.join(_FORMS[:-1])} or {_FORMS[-1]}"

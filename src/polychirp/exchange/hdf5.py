@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from polychirp.exchange.whole_file import write_whole
 from polychirp.study.store.groups import ArrayGroup, NamedArray, groups_of
 from polychirp.study.store.load import StoredRun
 
@@ -30,12 +31,16 @@ def write_hdf5(run: StoredRun, folder: Path) -> list[Path]:
     import h5py
 
     path = folder / "run.h5"
-    with h5py.File(path, "w", libver=LAYOUT, track_order=True) as file:
+    memory = {"driver": "core", "backing_store": False}
+    with h5py.File(path, "w", libver=LAYOUT, track_order=True, **memory) as file:
         file.attrs["study"] = run.provenance.study
         file.attrs["radars"], file.attrs["actors"] = list(run.radars), list(run.actors)
         for number, victim in enumerate(run.victims):
             for name, group in groups_of(victim).items():
                 _write(file.create_group(f"victim-{number}/{name}".rstrip("/")), group)
+        file.flush()
+        content = file.id.get_file_image()
+    write_whole(path, content)
     return [path]
 
 

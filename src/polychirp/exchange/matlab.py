@@ -1,11 +1,13 @@
 """A run as a MATLAB file, version 5, which MATLAB, GNU Octave and SciPy read."""
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from polychirp.errors import CapabilityError
+from polychirp.exchange.whole_file import write_whole
 from polychirp.study.store.groups import OWN_GROUP, ArrayGroup, NamedArray, groups_of
 from polychirp.study.store.load import StoredRun, StoredVictim
 
@@ -24,8 +26,9 @@ def write_mat(run: StoredRun, folder: Path) -> list[Path]:
     Its variables are ``study`` (JSON), ``radars``, ``actors`` and ``victims``, a cell array of
     structures. Each has the arrays of a stored run with the same names and axes: ``samples``
     (channel, ramp, fast), ``parts.echo`` and so on, ``times``, ``schedule``, ``paths``,
-    ``detections``, ``truth`` and ``score``. The structure ``units`` repeats the names, with the
-    unit of each.
+    ``detections``, ``truth`` and ``score``. ``array`` has the places of the elements in the radar's
+    frame, ``high_pass`` the corners of its high-pass filter. The structure ``units`` repeats the
+    names, with the unit of each.
 
     Raises
     ------
@@ -48,15 +51,17 @@ def write_mat(run: StoredRun, folder: Path) -> list[Path]:
         "actors": _names(run.actors),
         "victims": _cells(victims),
     }
-    savemat(path, content, do_compression=True, oned_as="column")
-    with path.open("r+b") as file:
-        file.write(HEADER.encode("ascii").ljust(HEADER_BYTES))
+    file: Any = BytesIO()  # the types of SciPy know paths alone
+    savemat(file, content, do_compression=True, oned_as="column")
+    file.getbuffer()[:HEADER_BYTES] = HEADER.encode("ascii").ljust(HEADER_BYTES)
+    write_whole(path, file.getbuffer())
     return [path]
 
 
 def _structure(victim: StoredVictim) -> dict[str, Any]:
     groups = groups_of(victim)
     own = groups.pop(OWN_GROUP)
+    array = victim.frame.array
     parts = own.arrays["parts"].values
     inner = {name: _fields(group) for name, group in groups.items()}
     return {
@@ -64,10 +69,17 @@ def _structure(victim: StoredVictim) -> dict[str, Any]:
         "samples": own.arrays["samples"].values,
         "parts": dict(zip(victim.parts.names, parts, strict=True)),
         "fast": own.coordinates["fast"].values,
+        "array": {
+            "channel_position": array.position,
+            "transmit_position": array.transmit_position,
+        },
+        "high_pass": np.array(own.attributes["high_pass"] or [], dtype=np.float64),
         **inner,
         "units": {
             "samples": "V",
             "fast": "s",
+            "array": {"channel_position": "m", "transmit_position": "m"},
+            "high_pass": "Hz",
             **{name: _units(group) for name, group in groups.items()},
         },
     }

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from polychirp.exchange.whole_file import write_whole
 from polychirp.study.store.groups import NamedArray, groups_of
 from polychirp.study.store.load import StoredRun, StoredVictim
 
@@ -35,7 +36,7 @@ def write_netcdf(run: StoredRun, folder: Path) -> list[Path]:
     }
     for number, victim in enumerate(run.victims):
         groups |= dict(_datasets(victim, f"/victim-{number}"))
-    xr.DataTree.from_dict(groups).to_netcdf(path, engine="h5netcdf")
+    write_whole(path, xr.DataTree.from_dict(groups).to_netcdf(engine="h5netcdf"))
     return [path]
 
 

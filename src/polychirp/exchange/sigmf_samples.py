@@ -61,6 +61,7 @@ def _metadata(victim: StoredVictim, data: bytes) -> dict[str, Any]:
                 field: getattr(schedule, field).tolist() for field in RAMP_FIELDS
             },
             **_elements(victim.frame),
+            **_high_pass(victim.frame),
         },
         "captures": [
             {"core:sample_start": first[k], "polychirp:start_time": float(times.first[k])}
@@ -77,6 +78,13 @@ def _metadata(victim: StoredVictim, data: bytes) -> dict[str, Any]:
             for k in ramps
         ],
     }
+
+
+def _high_pass(frame: IfFrame) -> dict[str, Any]:
+    """Corners of the high-pass filter, Hz, whose phase is in the samples; nothing without one."""
+    if frame.high_pass is None:
+        return {}
+    return {"polychirp:high_pass": list(frame.high_pass.corners)}
 
 
 def _elements(frame: IfFrame) -> dict[str, Any]:

@@ -219,8 +219,7 @@ def within(interval: Interval, digits: int) -> str:
     >>> within((0.95, 0.871, 0.98), 2)
     '0.95 (0.87…0.98)'
     """
-    value, low, high = (decimal(number, digits) for number in interval)
-    return f"{value} ({low}…{high})"
+    return _with_limits(*(decimal(number, digits) for number in interval))
 
 
 def short(interval: Interval) -> str:
@@ -228,6 +227,12 @@ def short(interval: Interval) -> str:
 
     >>> short((0.000123, 0.00011, 0.2))
     '0.00012 (0.00011…0.2)'
+    >>> short((0.00012, math.nan, math.nan))
+    '0.00012'
     """
-    value, low, high = ("–" if math.isnan(number) else f"{number:.2g}" for number in interval)
-    return f"{value} ({low}…{high})"
+    return _with_limits(*("–" if math.isnan(number) else f"{number:.2g}" for number in interval))
+
+
+def _with_limits(value: str, low: str, high: str) -> str:
+    """The value alone if its limits are unknown, as those of a single trial are."""
+    return value if (low, high) == ("–", "–") else f"{value} ({low}…{high})"

@@ -69,12 +69,11 @@ def _sentence(rows: Sequence[Summary]) -> str:
     if not rows:
         return "No trial was run."
     known = [row.detection.value for row in rows if not math.isnan(row.detection.value)]
-    low, high = min(known, default=math.nan), max(known, default=math.nan)
-    trials = sum(row.num_trials for row in rows)
-    return (
-        f"{counted(trials, 'trial')} of all points and radars: the detection probability is "
-        f"{decimal(low)} to {decimal(high)}."
-    )
+    trials = f"{counted(sum(row.num_trials for row in rows), 'trial')} of all points and radars"
+    if not known:
+        return f"{trials}: no target is in sight."
+    low, high = decimal(min(known)), decimal(max(known))
+    return f"{trials}: the detection probability is {low if low == high else f'{low} to {high}'}."
 
 
 def _cells(row: Summary) -> list[str]:

@@ -4,6 +4,8 @@ import csv
 import json
 import shutil
 import subprocess
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -17,6 +19,7 @@ from polychirp.errors import CapabilityError, InputError
 from polychirp.exchange import formats
 from polychirp.exchange.formats import FORMATS, writer_of
 from polychirp.exchange.rosbag import FIELDS
+from polychirp.model.front_end import HighPass
 from polychirp.study.store.load import StoredRun, load_run
 from polychirp.study.store.save import save_run
 from polychirp.traffic.vehicle import vehicle_size
@@ -48,6 +51,24 @@ def test_scipy_reads_the_matlab_file(run, tmp_path):
     np.testing.assert_array_equal(front["paths"]["transfer"], expected.paths.transfer)
     assert front["units"]["truth"]["range_rate"] == "m/s"
     assert content["victims"][1]["detections"]["range"].size == 0
+
+
+def test_files_of_samples_have_what_a_receiver_needs_beside_the_ramps(tmp_path):
+    """Azimuths need the places of the elements, and ramps of other slopes the filter's phase."""
+    filtered = HighPass(corners=(1e5, 2e5))
+    front = BOTH.victims[0]
+    front = replace(front, frame=replace(front.frame, high_pass=filtered))
+    save_run(tmp_path / "run.zarr", replace(BOTH, victims=(front,)), provenance=ORIGIN)
+    run = load_run(tmp_path / "run.zarr")
+    (path,) = writer_of("mat")(run, tmp_path)
+    (found,) = np.atleast_1d(loadmat(path, simplify_cells=True)["victims"])
+    np.testing.assert_array_equal(found["array"]["channel_position"], front.frame.array.position)
+    expected = np.squeeze(front.frame.array.transmit_position)
+    np.testing.assert_array_equal(found["array"]["transmit_position"], expected)
+    assert (tuple(found["high_pass"]), found["units"]["high_pass"]) == (filtered.corners, "Hz")
+    meta, _ = writer_of("sigmf")(run, tmp_path)
+    told = json.loads(meta.read_text(encoding="utf-8"))["global"]
+    assert tuple(told["polychirp:high_pass"]) == filtered.corners
 
 
 @pytest.mark.skipif(shutil.which("octave-cli") is None, reason="GNU Octave is not installed")
@@ -134,6 +155,26 @@ def test_the_sigmf_package_reads_the_samples(run, tmp_path):
     np.testing.assert_array_equal(
         told["polychirp:transmit_position"], frame.array.transmit_position
     )
+
+
+@pytest.mark.parametrize("name", ["mat", "netcdf", "hdf5"])
+def test_a_full_disk_leaves_the_former_file(run, tmp_path, name):
+    """In a process of its own, since HDF5's library ended it with a segmentation fault."""
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (path,) = writer_of(name)(run, folder)
+    before = path.read_bytes()
+    command = [sys.executable, "-m", "polychirp", "export", str(tmp_path), "--to", name]
+    done = subprocess.run(
+        ["sh", "-c", 'ulimit -f 2; exec "$@"', "sh", *command, "--out", str(folder)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 4
+    assert f"'{path}' cannot be written: File too large" in done.stderr
+    assert path.read_bytes() == before
+    assert [file.name for file in folder.iterdir()] == [path.name]
 
 
 def test_tables_have_all_digits(run, tmp_path):

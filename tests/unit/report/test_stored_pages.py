@@ -9,7 +9,7 @@ import pytest
 from polychirp.cli.app import main
 from polychirp.report.page_data import causes
 from polychirp.report.run_page import frame_data, run_page, write_run_page
-from polychirp.report.statistics import short
+from polychirp.report.statistics import short, within
 from polychirp.report.study_page import _sentence
 from polychirp.study.store.load import load_run
 from polychirp.study.store.save import save_run
@@ -79,4 +79,11 @@ def test_points_without_targets_in_sight_leave_the_span_of_the_others():
         for value in (np.nan, 0.5, 1.0)
     ]
     assert "0.50 to 1.00" in _sentence(rows)
-    assert short((np.nan, np.nan, np.nan)) == "– (–…–)"
+    assert _sentence(rows[:1]).endswith("no target is in sight.")
+    assert _sentence(rows[:2]).endswith("the detection probability is 0.50.")
+
+
+def test_an_estimate_without_limits_is_shown_alone():
+    """One trial has errors, but no interval of them."""
+    assert short((0.0012, np.nan, np.nan)) == "0.0012"
+    assert short((np.nan, np.nan, np.nan)) == within((np.nan, np.nan, np.nan), 2) == "–"

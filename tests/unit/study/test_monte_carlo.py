@@ -16,13 +16,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from polychirp.axes import axes_of
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import InputError, ModelWarning, RunError
 from polychirp.model.baseband import no_progress
+from polychirp.report.figures.study_curves import study_curves
 from polychirp.scoring.statistics import proportion
 from polychirp.study.monte_carlo import executor, tables
 from polychirp.study.monte_carlo.dask_executor import DaskWorkers
 from polychirp.study.monte_carlo.executor import WORKERS_PER_CORE, LocalWorkers
+from polychirp.study.monte_carlo.grid import Axis, MonteCarlo, axes_of_grid
 from polychirp.study.monte_carlo.records import (
     NATURES,
     TrialRecord,
@@ -30,7 +33,7 @@ from polychirp.study.monte_carlo.records import (
     read_records,
     trial_log,
 )
-from polychirp.study.monte_carlo.results import load_results
+from polychirp.study.monte_carlo.results import Results, load_results
 from polychirp.study.monte_carlo.run import LOG, MOST_FAILURES, STORE, run_plan
 from polychirp.study.monte_carlo.stopping import TRIALS_PER_DECISION, Stopping
 from polychirp.study.monte_carlo.summary import differences, summaries
@@ -176,6 +179,37 @@ def test_a_damaged_line_is_not_believed(plan, tmp_path):
     again = MadeUp()
     finish(plan, tmp_path, again)
     assert sum(again.ran.values()) == 1
+
+
+def test_a_log_without_its_header_is_refused_in_words(plan, tmp_path):
+    path = tmp_path / LOG
+    finish(plan, tmp_path, MadeUp())
+    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[1:]))
+    with pytest.raises(InputError, match="were made with unknown versions"):
+        finish(plan, tmp_path, MadeUp())
+
+
+def test_logs_of_one_version_can_be_put_one_after_the_other(plan, tmp_path):
+    """Trials of two machines, for example, whose logs begin with equal headers."""
+    whole = finish(plan, tmp_path / "whole", MadeUp())
+    lines = (tmp_path / "whole" / LOG).read_bytes().splitlines(keepends=True)
+    joined = tmp_path / "joined"
+    joined.mkdir()
+    (joined / LOG).write_bytes(b"".join([*lines[:20], lines[0], *lines[15:]]))
+    assert finish(plan, joined, MadeUp()).num_new == 0
+    assert whole.num_new == len(lines) - 1
+    assert files(joined) == files(tmp_path / "whole")
+
+
+def test_a_log_of_another_version_behind_is_refused(plan, tmp_path):
+    finish(plan, tmp_path, MadeUp())
+    other = tmp_path / "other.log"
+    with trial_log(other, made_with=HEADER):
+        pass
+    path = tmp_path / LOG
+    path.write_bytes(path.read_bytes() + other.read_bytes())
+    with pytest.raises(InputError, match="also holds trials made with polychirp 1 on here"):
+        finish(plan, tmp_path, MadeUp())
 
 
 def test_a_record_comes_back_from_its_line_to_the_bit(tmp_path):
@@ -429,6 +463,31 @@ def test_tables_hold_every_trial_and_say_where_they_come_from(done, plan):
     assert [row["study_hash"] for row in summary] == [p.study_hash for p in plan.points]
     origin = json.loads((folder / "provenance.json").read_text(encoding="utf-8"))
     assert origin["study_hash"] == plan.origin.study_hash
+
+
+def test_no_axis_takes_the_name_of_an_array_or_of_a_column(done):
+    """Zarr cannot store two arrays of one name; of two columns, one replaces the other."""
+    arrays = axes_of(Results)
+    names = {*arrays, *(axis for axes in arrays.values() for axis in axes if axis != "point")}
+    for table in ("summary", "differences", "victims", "targets"):
+        with (done[1] / f"{table}.csv").open(encoding="utf-8") as file:
+            names |= {*next(csv.reader(file))}
+    names |= {*study_curves(done[0].results, over="rcs", title="").data}
+    for name in sorted(names - {"rcs", "waveform"}):
+        with pytest.raises(InputError, match=f"an axis cannot be called '{name}'"):
+            Axis(name=name, labels=("a",), changes=((),))
+
+
+def test_a_key_with_the_name_of_an_array_is_an_axis_with_a_longer_name(tmp_path):
+    grid = {"street.road.length": ["80 m", "90 m"], "street.road.lanes": [1]}
+    axes = axes_of_grid(MonteCarlo(trials=1, grid=grid))
+    assert [axis.name for axis in axes] == ["road_length", "lanes"]
+    path = tmp_path / "road.toml"
+    road = '[street.road]\nlength = "80 m"\nwidth = "9 m"\n'
+    lines = '[monte_carlo]\ntrials = 2\ngrid = { "street.road.length" = ["80 m", "90 m"] }\n'
+    path.write_text(f"{SMALL_STUDY}\n{road}\n{lines}", encoding="utf-8")
+    done = finish(load_plan(path), tmp_path / "out", MadeUp())
+    assert load_results(tmp_path / "out" / STORE).axes == done.results.axes
 
 
 def test_xarray_reads_results_by_name(done):

@@ -16,8 +16,25 @@ from polychirp.units import Between
 Label = str | int | float
 """Name of one value of an axis, in tables and coordinates."""
 
-OWN_AXES: Final = ("trial", "victim", "target", "nature")
+OWN_AXES: Final = ("trial", "victim", "target", "nature", "frame")
 """Axes of the results that are not axes of the grid."""
+
+_PLACES: Final = ("range", "range_rate", "azimuth", "elevation")
+_TAKEN: Final = frozenset(
+    (
+        *("seed", "num_trials", "study_hash", "axis", "first", "other", "radar", "trials"),
+        *(f"{name}{what}" for name in _PLACES for what in ("", "_error", "_rmse")),
+        *("length", "width", "range_rate_span"),
+        *("visible_length", "visible_width", "visible_range_rate_span"),
+        *("detected", "found", "missed", "in_sight", "out_of_sight", "unresolved"),
+        *("num_points", "num_detections", "num_unresolved", "num_out_of_sight"),
+        *("detection", "detections", "ghost", "ghosts", "unexplained"),
+        *("detection_sinr", "echo_snr", "snr", "inr", "sinr", "mitigated_sinr", "floor_rise"),
+        *("lost", "longest_loss", "until_free"),
+    )
+)
+"""Names of arrays of the results and of columns of their tables and of the data of their figures,
+without units and limits."""
 
 MOST_POINTS: Final = 10_000
 """Greatest number of points of a grid; chosen: all are checked before the first trial runs."""
@@ -126,6 +143,21 @@ class Axis:
             first = path.partition(".")[0].strip()
             if first in _FIXED_KEYS:
                 raise InputError(f"a grid cannot change {first}: {_FIXED_KEYS[first]}")
+        if is_taken(self.name):
+            raise InputError(
+                f"an axis cannot be called '{self.name}': the results have an array or a column of "
+                f"this name; call it 'set_{self.name}', for example"
+            )
+
+
+def is_taken(name: str) -> bool:
+    """True if the results have an array, or one of their tables a column, of this name.
+
+    >>> is_taken("length"), is_taken("range_rmse_m_low"), is_taken("road_length")
+    (True, True, False)
+    """
+    bare = re.sub(r"(_m|_m_per_s|_rad)?(_low|_high)?$", "", name)
+    return name in _TAKEN or bare in _TAKEN or name.startswith("detections_")
 
 
 def axes_of_grid(table: MonteCarlo) -> tuple[Axis, ...]:
@@ -156,14 +188,18 @@ def axes_of_grid(table: MonteCarlo) -> tuple[Axis, ...]:
 
 
 def _short_names(paths: Sequence[str]) -> list[str]:
-    """Names of paths: their shortest unique tails that begin with neither a number nor ``kind``."""
+    """Names of paths: their shortest unique tails that begin with neither a number nor ``kind``.
+
+    A tail that the results have as a name of their own is not used, if there is a longer one.
+    """
     keys = [[key.strip() for key in path.split(".") if key.strip() != "*"] for path in paths]
     names = []
     for own in keys:
         for depth in range(1, len(own) + 1):
             tail = own[-depth:]
             alike = sum(other[-depth:] == tail for other in keys)
-            if alike == 1 and tail[0] != "kind" and not tail[0].isdigit():
+            is_free = not is_taken("_".join(tail))
+            if alike == 1 and tail[0] != "kind" and not tail[0].isdigit() and is_free:
                 break
         else:
             tail = own

@@ -280,7 +280,7 @@ def _need_same_makers(path: Path, made_with: Mapping[str, Any]) -> None:
 
 
 def _in_words(made_with: Mapping[str, Any] | None) -> str:
-    if made_with is None:
+    if made_with is None or not _is_header(made_with):
         return "unknown versions"
     versions = ", ".join(f"{name} {version}" for name, version in made_with["versions"].items())
     return f"{versions} on {made_with['platform']} ({made_with['format']})"
@@ -297,12 +297,26 @@ def read_records(path: Path) -> Iterator[TrialRecord]:
 
 
 def read_contents(path: Path) -> Iterator[dict[str, Any]]:
-    """Content of every complete record of a log, in their order; none if there is no log."""
+    """Content of every complete record of a log, in their order; none if there is no log.
+
+    Logs with equal headers may follow each other in the file. `InputError` is raised if a later
+    header differs from the first one.
+    """
     if not path.exists():
         return
     with path.open("rb") as file:
-        file.readline()
+        first = file.readline()
         for line in file:
             content = _content(line)
-            if content is not None:
-                yield content
+            if content is None or line == first:
+                continue
+            if _is_header(content):
+                raise InputError(
+                    f"'{path}' also holds trials made with {_in_words(content)}; keep trials of "
+                    "different versions in folders of their own"
+                )
+            yield content
+
+
+def _is_header(content: Mapping[str, Any]) -> bool:
+    return {"format", "versions", "platform"} <= content.keys()

@@ -95,8 +95,9 @@ def _tasks(plan: RocPlan) -> Iterator[Task]:
 
 
 def _records(path: Path) -> Iterator[RocRecord]:
-    """Every record of the log."""
-    return map(RocRecord.of, read_contents(path))
+    """Every record of the log, each once."""
+    records = map(RocRecord.of, read_contents(path))
+    return iter({(record.case, record.trial): record for record in records}.values())
 
 
 def _compute(

@@ -81,6 +81,14 @@ def test_a_run_that_was_stopped_keeps_its_frames_and_goes_on(plan, tmp_path):
     assert again.summary == whole.summary
 
 
+def test_a_frame_that_the_log_has_twice_counts_once(plan, tmp_path):
+    whole = run(plan, tmp_path)
+    log = tmp_path / LOG
+    log.write_bytes(2 * log.read_bytes())
+    again = run(plan, tmp_path)
+    assert (again.num_new, again.summary) == (0, whole.summary)
+
+
 def test_further_snrs_and_trials_are_added(plan, tmp_path):
     run(plan, tmp_path)
     more = roc_plan(
