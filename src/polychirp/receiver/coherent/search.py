@@ -74,6 +74,11 @@ LEAST_OF_PAIR = 0.5
 side lobe of both, from which two are tried; chosen: of a point three cells away, whose own signal a
 new one is, at most a tenth lies there."""
 
+LEAST_EXPLAINED = 1.5
+"""Power that two points explain in addition to one, over that of a new point in the map, from which
+they take its place; chosen: a new point between cells of the map explains as much once it is
+fitted. The smear of a point whose acceleration was not found yet is explained no better by two."""
+
 OTHER_RATE = 2.0
 """Difference of range rates, in cells λ/2T, from which a new point may be such a side lobe; chosen:
 nearer ones are points of their own."""
@@ -286,7 +291,8 @@ def with_pairs(trial: Trial, points: Points, fresh: Points) -> tuple[Points, Tri
 
     One point in place of two that are nearer than a cell, with opposite phases, leaves most of
     their power. It has side lobes at the beats of the two at other range rates, which would be
-    taken for points. Where two leave more than noise too, there is a body, and no two points.
+    taken for points. Where two leave more than noise too, there is a body, and no two points; where
+    they explain no more than a new point, that one is added.
     """
     if not len(points) or not len(fresh):
         return points, trial, fresh
@@ -297,7 +303,9 @@ def with_pairs(trial: Trial, points: Points, fresh: Points) -> tuple[Points, Tri
     lobe = np.max(np.where(is_shared, fresh.power, 0.0), axis=1)
     least = np.where(lobe > 0.0, LEAST_OF_PAIR * lobe, np.inf)
     after, residual = divided(seen, trial.residual, points, threshold, least_lobe=least)
-    if len(after) == len(points):
+    explained = trial.residual.energy - residual.energy
+    strongest = np.max(fresh.strength[np.any(is_shared, axis=0)], initial=0.0)
+    if len(after) == len(points) or explained < LEAST_EXPLAINED * strongest:
         return points, trial, fresh
     _, left = lobes_beside(seen, residual, after[np.arange(len(points), len(after))])
     if np.any(left > threshold):
