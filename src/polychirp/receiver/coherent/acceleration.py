@@ -19,9 +19,9 @@ from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.replicas import Replicas
 from polychirp.receiver.coherent.residual import Residual
 
-LEAST_ACCELERATION, GREATEST_ACCELERATION = -10.0, 130.0
+LEAST_ACCELERATION, GREATEST_ACCELERATION = -10.0, 170.0
 """Accelerations that are tried, m/s²; chosen: a car that brakes in front, and one that passes at
-2.5 m with 18 m/s."""
+2.5 m with 20 m/s."""
 
 MOST_BLOCKS = 48
 """Number of blocks of ramps over which a search adds; chosen: it limits the size of the search."""

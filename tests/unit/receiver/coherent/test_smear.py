@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from polychirp.receiver.coherent import new_points
+from polychirp.receiver.coherent import new_points, smear
+from polychirp.receiver.coherent.acceleration import GREATEST_ACCELERATION
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
@@ -11,7 +12,7 @@ from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.smear import likeliest_motions
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
-from polychirp.waveform import DiverseTriangular
+from polychirp.waveform import DiverseTriangular, Sawtooth, Triangular
 from tests.support.points import HandPoint, frame_of, true_motions
 
 
@@ -30,10 +31,13 @@ def passer(random):
     )
 
 
-def observed(number):
-    """A passer on diverse triangles, the schedule and the frame."""
+DIVERSE, EQUAL = DiverseTriangular(), Triangular(bandwidth=1e9, ramp_duration=1e-3)
+
+
+def observed(number, waveform=DIVERSE):
+    """A passer on triangles, the schedule and the frame."""
     point = passer(np.random.default_rng(number))
-    schedule = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(number))
+    schedule = waveform.schedule(num_sweeps=16, streams=Streams(number))
     return point, schedule, frame_of(schedule, [point], seed=number)
 
 
@@ -56,11 +60,27 @@ def test_the_motion_is_found_from_metres_per_second_beside_it(beside):
     assert abs(found[1] - true[1]) < 1.3
 
 
-def read():
+@pytest.mark.parametrize(
+    ("waveform", "direction"),
+    [(EQUAL, 1.0), (EQUAL, -1.0), (Sawtooth(bandwidth=1e9, ramp_duration=1e-3), 1.0)],
+)
+def test_motions_are_tried_that_have_the_beats_of_one_kind_of_ramps(waveform, direction):
+    schedule = waveform.schedule(num_sweeps=16, streams=Streams(1))
+    frame = frame_of(schedule, [])
+    seen = Observation.of(frame, mitigated(None, frame))
+    motion = np.array([[12.0, -8.0, 0.0, 0.0]]) + smear._offsets(seen)
+    kind = np.sign(schedule.slope) == direction
+    beat = seen.model.beats(motion[:, 0], motion[:, 1])[:, kind].mean(axis=1)
+    start = seen.model.beats(np.array([12.0]), np.array([-8.0]))[:, kind].mean()
+    rates = motion[np.abs(beat - start) < 0.02 / waveform.ramp_duration, 1]
+    assert np.ptp(rates) > seen.duration * GREATEST_ACCELERATION
+
+
+def read(numbers=range(8000, 8060), waveform=DIVERSE):
     """Numbers of drawn passers, of those found, and of detections, on seeds not used in tuning."""
     found = detections = drawn = 0
-    for number in range(8000, 8060):
-        point, schedule, frame = observed(number)
+    for number in numbers:
+        point, schedule, frame = observed(number, waveform)
         if point.acceleration > 125.0:
             continue  # faster than the receiver reads
         seen = CoherentReceiver().detect(frame)
@@ -80,3 +100,11 @@ def test_passers_within_four_metres_are_found_with_fewer_others(monkeypatch):
     _, found_by_peaks, detections_by_peaks = read()
     assert found == drawn > found_by_peaks
     assert detections - found < 0.5 * (detections_by_peaks - found_by_peaks)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("waveform", [DIVERSE, EQUAL], ids=["diverse", "equal"])
+def test_99_of_100_passers_within_four_metres_are_found(waveform):
+    drawn, found, _ = read(range(11000, 11200), waveform)
+    assert drawn == 172
+    assert found >= 0.99 * drawn
