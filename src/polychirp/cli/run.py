@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         _print_table(trial)
         print(margins_text(gates_of(study).values()))
-        for note in (*_history(trial), *_unresolved(trial)):
+        for note in (*_history(trial), *_unresolved(trial), *_behind(trial)):
             say(note)
         say(f"stored in {path}")
         say(f"to draw it: {shlex.join([command_name(), 'plot', str(path.parent)])}")
@@ -232,6 +232,20 @@ def _unresolved(trial: Trial) -> Iterator[str]:
             if count > 1:
                 what = "detections with unresolved speeds were"
             yield f"note: {count} {what} left out of the frame of '{victim.name}': {WHY_UNRESOLVED}"
+
+
+def _behind(trial: Trial) -> Iterator[str]:
+    """A sentence for each missed target behind an array, which takes its echo for one in front."""
+    for victim in trial.victims:
+        is_missed = victim.score.is_in_sight & ~victim.score.is_detected
+        for number in is_missed.nonzero()[0]:
+            name, azimuth = victim.truth.name[number], math.degrees(victim.truth.azimuth[number])
+            if abs(azimuth) > 90.0:
+                in_front = math.copysign(180.0, azimuth) - azimuth
+                yield (
+                    f"note: '{name}' is behind the array of '{victim.name}', at {azimuth:.0f}° of "
+                    f"azimuth; the array sees it at {in_front:.0f}°, which is not on the target"
+                )
 
 
 def _print_table(trial: Trial) -> None:

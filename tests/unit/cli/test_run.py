@@ -220,6 +220,29 @@ def test_a_target_whose_echo_is_folded_is_told_apart_from_one_without_an_echo(
     assert capsys.readouterr().out.count("missed: folded") == 1
 
 
+@pytest.mark.parametrize(("azimuth", "in_front"), [(101.0, "79°"), (-120.0, "-60°"), (80.0, "")])
+def test_a_missed_target_behind_the_array_has_a_note(trial, capsys, monkeypatch, azimuth, in_front):
+    whole = silent_victim
+
+    def beside(study, number):
+        victim = whole(study, number)
+        many = np.full(len(victim.truth.name), np.radians(azimuth))
+        score = replace(
+            victim.score,
+            is_detected=victim.score.is_detected & False,
+            is_in_sight=victim.score.is_in_sight | True,
+        )
+        return replace(victim, truth=replace(victim.truth, azimuth=many), score=score)
+
+    monkeypatch.setitem(globals(), "silent_victim", beside)
+    assert main(quick()) == 0
+    told = capsys.readouterr().err
+    assert (f"at {azimuth:.0f}° of azimuth; the array sees it at {in_front}" in told) == (
+        in_front != ""
+    )
+    assert ("behind the array of 'front'" in told) == (in_front != "")
+
+
 def test_options_reach_the_trial(trial):
     assert main(quick("--set", "radars.1.start_time=1 ms", "--seed", "9")) == 0
     (study,) = trial.runs
