@@ -95,18 +95,19 @@ def progress_bar(name: str) -> Iterator["Progress"]:
 
 def _lines(name: str) -> "Progress":
     """Callback that prints a line at the start and end of each kind of work, and every minute."""
-    kind, left, shown = "", TimeLeft(0.0), 0.0
+    kind, left, shown, earlier = "", TimeLeft(0.0), 0.0, -1
 
     def show(what: str, done: int, total: int) -> None:
-        nonlocal kind, left, shown
+        nonlocal kind, left, shown, earlier
         now = time.monotonic()
         if what != kind:
-            kind, left, shown = what, TimeLeft(now), now
+            kind, left, shown, earlier = what, TimeLeft(now), now, -1
         estimate = _in_words(left.update(done, total, now))
-        if done in (0, total):
+        if done in (0, total) and done != earlier:
             say(f"{name}: {what} {done}/{total}")
         elif now >= shown + _LINE_INTERVAL:
             shown = now
             say(f"{name}: {what} {done}/{total}{', ' if estimate else ''}{estimate}")
+        earlier = done
 
     return show

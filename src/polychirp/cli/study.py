@@ -52,7 +52,7 @@ def add_parser(subparsers: Any) -> None:
         "--out", metavar="DIR", help="folder of the results (default: out/NAME-HASH-trials)"
     )
     parser.add_argument(
-        "--force", action="store_true", help="remove the trials in that folder first"
+        "--force", action="store_true", help="remove the trials and results in that folder first"
     )
     add_workers(parser)
     parser.add_argument(

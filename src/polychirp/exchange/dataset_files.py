@@ -14,6 +14,7 @@ from polychirp.capture.zarr_file import ZarrArray
 from polychirp.errors import CapabilityError, InputError
 from polychirp.exchange.hdf5 import LAYOUT
 from polychirp.exchange.matlab import HEADER, HEADER_BYTES
+from polychirp.exchange.whole_file import write_whole
 from polychirp.study.mitigation.dataset import ARRAYS
 
 EXPORTS: Final = ("hdf5", "mat")
@@ -53,17 +54,27 @@ def refuse_export(to: str) -> None:
 
 
 def export_dataset(folder: Path, *, to: str) -> list[Path]:
-    """Write a dataset as ``dataset.h5``, or as one ``frame-NUMBER.mat`` each, beside its frames."""
+    """Write a dataset as ``dataset.h5``, or as one ``frame-NUMBER.mat`` each, beside its frames.
+
+    `RunError` is raised if the folder cannot be written; what was there before is as it was.
+    """
     refuse_export(to)
-    return [_hdf5(folder)] if to == "hdf5" else [_mat(folder, *one) for one in frames_of(folder)]
+    frames = frames_of(folder)
+    if to == "hdf5":
+        return write_whole(lambda goal: [_hdf5(goal, frames)], folder)
+    return write_whole(lambda goal: [_mat(goal, *one) for one in frames], folder)
 
 
-def _hdf5(folder: Path) -> Path:
+def _hdf5(folder: Path, frames: Iterator[tuple[str, dict[str, NDArray[Any]]]]) -> Path:
     import h5py
 
     path = folder / "dataset.h5"
-    with h5py.File(path, "w", libver=LAYOUT, track_order=True) as file:
-        for frame, arrays in frames_of(folder):
+    # in a file of Python's, since HDF5's own ends with a segmentation fault if a disk is full
+    with (
+        path.open("w+b") as raw,
+        h5py.File(raw, "w", libver=LAYOUT, track_order=True) as file,
+    ):
+        for frame, arrays in frames:
             group = file.create_group(frame)
             for name, values in arrays.items():
                 stored = group.create_dataset(name, data=values, track_times=False)

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial, wraps
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
 from polychirp.errors import CapabilityError, InputError, no_such
+from polychirp.exchange.whole_file import write_whole
 from polychirp.study.store.load import StoredRun
 
 
@@ -58,6 +60,8 @@ FORMATS: Final[Mapping[str, Format]] = {
 def writer_of(name: str) -> Callable[[StoredRun, Path], list[Path]]:
     """The function that writes a format into a folder and returns the paths of what it wrote.
 
+    It raises `RunError` if the folder cannot be written, and then leaves what was there before.
+
     Raises
     ------
     InputError
@@ -83,7 +87,12 @@ def writer_of(name: str) -> Callable[[StoredRun, Path], list[Path]]:
     writer: Callable[[StoredRun, Path], list[Path]] = getattr(
         import_module(f"polychirp.exchange.{module}"), function
     )
-    return writer
+
+    @wraps(writer)
+    def write(run: StoredRun, folder: Path) -> list[Path]:
+        return write_whole(partial(writer, run), folder)
+
+    return write
 
 
 def export(run: StoredRun, folder: Path | str, *, to: str) -> list[Path]:
@@ -101,6 +110,8 @@ def export(run: StoredRun, folder: Path | str, *, to: str) -> list[Path]:
         There is no such format.
     CapabilityError
         A package that it needs is not installed.
+    RunError
+        The folder cannot be written; what was there before is as it was.
     """
     writer = writer_of(to)
     folder = Path(folder)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from polychirp.exchange.whole_file import write_whole
 from polychirp.study.store.groups import ArrayGroup, NamedArray, groups_of
 from polychirp.study.store.load import StoredRun
 
@@ -26,7 +25,8 @@ def write_hdf5(run: StoredRun, folder: Path) -> list[Path]:
 
     Groups and arrays have the names of a stored run, as in ``/victim-0/detections/range``. Complex
     numbers are pairs of ``r`` and ``i``, which h5py reads as complex and MATLAB as a structure. The
-    label of each axis is its name; coordinates are attached as dimension scales.
+    label of each axis is its name; coordinates are attached as dimension scales. The file is made
+    in memory, since the library ends with a segmentation fault if a disk is full.
     """
     import h5py
 
@@ -40,7 +40,7 @@ def write_hdf5(run: StoredRun, folder: Path) -> list[Path]:
                 _write(file.create_group(f"victim-{number}/{name}".rstrip("/")), group)
         file.flush()
         content = file.id.get_file_image()
-    write_whole(path, content)
+    path.write_bytes(content)
     return [path]
 
 

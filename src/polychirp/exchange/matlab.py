@@ -7,7 +7,6 @@ from typing import Any, Final
 import numpy as np
 
 from polychirp.errors import CapabilityError
-from polychirp.exchange.whole_file import write_whole
 from polychirp.study.store.groups import OWN_GROUP, ArrayGroup, NamedArray, groups_of
 from polychirp.study.store.load import StoredRun, StoredVictim
 
@@ -54,7 +53,7 @@ def write_mat(run: StoredRun, folder: Path) -> list[Path]:
     file: Any = BytesIO()  # the types of SciPy know paths alone
     savemat(file, content, do_compression=True, oned_as="column")
     file.getbuffer()[:HEADER_BYTES] = HEADER.encode("ascii").ljust(HEADER_BYTES)
-    write_whole(path, file.getbuffer())
+    path.write_bytes(file.getbuffer())
     return [path]
 
 

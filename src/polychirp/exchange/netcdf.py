@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from polychirp.exchange.whole_file import write_whole
 from polychirp.study.store.groups import NamedArray, groups_of
 from polychirp.study.store.load import StoredRun, StoredVictim
 
@@ -36,7 +35,7 @@ def write_netcdf(run: StoredRun, folder: Path) -> list[Path]:
     }
     for number, victim in enumerate(run.victims):
         groups |= dict(_datasets(victim, f"/victim-{number}"))
-    write_whole(path, xr.DataTree.from_dict(groups).to_netcdf(engine="h5netcdf"))
+    path.write_bytes(xr.DataTree.from_dict(groups).to_netcdf(engine="h5netcdf"))
     return [path]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any, Final
 
@@ -47,7 +46,6 @@ def write_rosbag(run: StoredRun, folder: Path) -> list[Path]:
 
     store = get_typestore(Stores.ROS2_JAZZY)
     path = folder / "run-rosbag"
-    shutil.rmtree(path, ignore_errors=True)
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         for number, victim in enumerate(run.victims):
             message = _point_cloud(store, victim)

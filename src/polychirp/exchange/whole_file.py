@@ -1,27 +1,35 @@
-"""A file that is written as a whole or not at all."""
+"""Files of an export that are written as a whole or not at all."""
 
-from contextlib import suppress
+from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from polychirp.errors import RunError
+from polychirp.study.folders import replace_folder
 
 
-def write_whole(path: Path, content: bytes | memoryview) -> None:
-    """Write ``content`` under a temporary name, then rename it to ``path``.
+def write_whole(write: Callable[[Path], list[Path]], folder: Path) -> list[Path]:
+    """Call ``write`` with a temporary folder, then move what it has made into ``folder``.
 
-    The libraries of HDF5 end with a segmentation fault if a disk is full, or leave a part of the
-    file, so that files of theirs are made in memory and written here. `RunError` is raised if the
-    file cannot be written; one that was there before is as it was.
+    ``write`` returns the paths of the files and folders it has made, and this function their paths
+    in ``folder``. `RunError` is raised if one of them cannot be written; those that were there
+    before are as they were.
     """
-    unfinished = path.with_name(f"{path.name}.unfinished")
     try:
-        unfinished.write_bytes(content)
-        unfinished.replace(path)
+        with TemporaryDirectory(dir=folder, prefix="unfinished-") as made_in:
+            made = write(Path(made_in))
+            return [_moved(path, folder / path.relative_to(made_in)) for path in made]
     except OSError as error:
         raise RunError(
-            f"'{path}' cannot be written: {error.strerror or error}; make room on its disk, or "
+            f"'{folder}' cannot be written: {error.strerror or error}; make room on its disk, or "
             "name another folder with --out"
         ) from error
-    finally:
-        with suppress(OSError):
-            unfinished.unlink(missing_ok=True)
+
+
+def _moved(path: Path, goal: Path) -> Path:
+    goal.parent.mkdir(parents=True, exist_ok=True)
+    if path.is_dir():
+        replace_folder(goal, path)
+    else:
+        path.replace(goal)
+    return goal

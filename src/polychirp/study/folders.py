@@ -1,4 +1,4 @@
-"""Replacement of a folder of results as a whole or not at all."""
+"""Replacement and removal of a folder of results as a whole or not at all."""
 
 import shutil
 from pathlib import Path
@@ -22,3 +22,18 @@ def replace_folder(path: Path, new: Path) -> None:
             old.rename(path)
         raise
     shutil.rmtree(old, ignore_errors=True)
+
+
+def remove_results(path: Path) -> None:
+    """Delete a file or folder of results, if it is there.
+
+    A folder is renamed first, as in `replace_folder`: of a store that has lost a part of its files,
+    a reader would take the missing values for NaN.
+    """
+    if path.is_dir() and not path.is_symlink():
+        old = path.with_name(f"{path.name}.replaced")
+        shutil.rmtree(old, ignore_errors=True)
+        path.rename(old)
+        shutil.rmtree(old, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)

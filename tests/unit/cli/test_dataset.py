@@ -4,6 +4,8 @@ import hashlib
 import json
 import re
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -210,6 +212,26 @@ def test_exports_have_the_same_numbers(tmp_path):
     with h5py.File(out / "dataset.h5") as file:
         assert np.array_equal(file["frame-000000/interfered"][...], stored)
         assert file["frame-000000/interfered"].attrs["units"] == "V"
+
+
+@pytest.mark.parametrize("form", ["mat", "hdf5"])
+def test_a_full_disk_leaves_no_part_of_an_export(tmp_path, form):
+    """In a process of its own, since HDF5's library ended it with a segmentation fault."""
+    out = tmp_path / "out"
+    assert made(out, "--frames", "1", "--workers", "1") == 0
+    before = sorted(out.iterdir())
+    program = (
+        "import pathlib; from polychirp.exchange.dataset_files import export_dataset; "
+        f"export_dataset(pathlib.Path({str(out)!r}), to={form!r})"
+    )
+    done = subprocess.run(
+        ["sh", "-c", 'ulimit -f 2; exec "$@"', "sh", sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert f"RunError: '{out}' cannot be written: File too large" in done.stderr
+    assert sorted(out.iterdir()) == before
 
 
 def test_the_reader_of_the_page_gives_pairs(tmp_path):

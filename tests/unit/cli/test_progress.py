@@ -20,6 +20,17 @@ def test_long_work_is_shown_once_in_a_minute_with_the_time_left(monkeypatch, cap
     assert len(lines) == 1 + 6 + 1
 
 
+def test_equal_steps_are_shown_once(monkeypatch, capsys):
+    """Many kernels can be compiled before the weighted number of them is one."""
+    monkeypatch.setattr(time, "monotonic", lambda: 0.0)
+    with progress_bar("small") as progress:
+        for done in (0, 0, 0, 0, 1, 2, 2, 2):
+            progress("compiling kernels", done, 2)
+        progress("compiling kernels", 0, 3)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [f"small: compiling kernels {done}" for done in ("0/2", "2/2", "0/3")]
+
+
 def test_a_first_step_that_compiles_gives_no_hours():
     """Two minutes for the first of 60 trials, then one second each."""
     left = TimeLeft(0.0)

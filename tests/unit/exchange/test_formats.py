@@ -157,24 +157,41 @@ def test_the_sigmf_package_reads_the_samples(run, tmp_path):
     )
 
 
-@pytest.mark.parametrize("name", ["mat", "netcdf", "hdf5"])
-def test_a_full_disk_leaves_the_former_file(run, tmp_path, name):
+def contents(folder: Path) -> dict[str, bytes | None]:
+    """Content of every file, and None of every folder, by path."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
+        for path in folder.rglob("*")
+    }
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_full_disk_leaves_the_former_files(run, tmp_path, name):
     """In a process of its own, since HDF5's library ended it with a segmentation fault."""
     folder = tmp_path / "out"
     folder.mkdir()
-    (path,) = writer_of(name)(run, folder)
-    before = path.read_bytes()
+    writer_of(name)(replace(run, victims=run.victims[:1]), folder)
+    before = contents(folder)
     command = [sys.executable, "-m", "polychirp", "export", str(tmp_path), "--to", name]
     done = subprocess.run(
-        ["sh", "-c", 'ulimit -f 2; exec "$@"', "sh", *command, "--out", str(folder)],
+        ["sh", "-c", 'ulimit -f 1; exec "$@"', "sh", *command, "--out", str(folder)],
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 4
-    assert f"'{path}' cannot be written: File too large" in done.stderr
-    assert path.read_bytes() == before
-    assert [file.name for file in folder.iterdir()] == [path.name]
+    assert f"'{folder}' cannot be written: File too large" in done.stderr
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_second_export_replaces_the_first(run, tmp_path, name):
+    for folder in (tmp_path / "once", tmp_path / "twice"):
+        folder.mkdir()
+    writer_of(name)(replace(run, victims=run.victims[:1]), tmp_path / "twice")
+    for folder in (tmp_path / "once", tmp_path / "twice"):
+        assert all(path.exists() for path in writer_of(name)(run, folder))
+    assert contents(tmp_path / "twice").keys() == contents(tmp_path / "once").keys()
 
 
 def test_tables_have_all_digits(run, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.report.figures.drawing import STYLE_FILE, Drawing
+from polychirp.report.figures.drawing import STYLE_FILE, Drawing, csv_of
 from polychirp.report.figures.floor_and_masking import floor_and_masking
 from polychirp.report.figures.range_profile import common_limits, range_profile
 from polychirp.report.figures.spectrogram import band_of, short_time_spectrum, spectrogram
@@ -53,6 +53,12 @@ def table(drawing: Drawing):
 
 
 # ── every figure ──────────────────────────────────────────────────────────────
+
+
+def test_text_of_the_data_is_never_a_formula():
+    """Numbers stay numbers, and the label '-10 dB' is text."""
+    content = csv_of({"label": ["-10 dB", "=1+1", "front"], "=level": [-10.0, 1.0, 2.0]})
+    assert content == "label,'=level\n'-10 dB,-10\n'=1+1,1\nfront,2\n"
 
 
 def test_figures_leave_no_trace_in_global_settings(results):

@@ -34,7 +34,7 @@ from polychirp.study.monte_carlo.records import (
     trial_log,
 )
 from polychirp.study.monte_carlo.results import Results, load_results
-from polychirp.study.monte_carlo.run import LOG, MOST_FAILURES, STORE, run_plan
+from polychirp.study.monte_carlo.run import LOG, MOST_FAILURES, STORE, made_with, run_plan
 from polychirp.study.monte_carlo.stopping import TRIALS_PER_DECISION, Stopping
 from polychirp.study.monte_carlo.summary import differences, summaries
 from polychirp.study.monte_carlo.tasks import Outcome, Task
@@ -146,6 +146,27 @@ def test_a_stopped_run_goes_on_without_losing_or_repeating_a_trial(plan, tmp_pat
     assert done.num_new == 4 * plan.trials - 31
     finish(plan, tmp_path / "b", MadeUp())
     assert files(tmp_path / "a") == files(tmp_path / "b")
+
+
+def test_a_run_anew_that_is_stopped_leaves_no_earlier_results(plan, tmp_path):
+    """They would be taken for those of the study that was stopped."""
+    finish(plan, tmp_path, MadeUp())
+    assert {STORE, *tables.FILES} >= {path.name for path in tmp_path.iterdir()} - {LOG}
+    with pytest.raises(KeyboardInterrupt):
+        run_plan(plan, folder=tmp_path, executor=MadeUp(dies_after=3), anew=True)
+    assert [path.name for path in tmp_path.iterdir()] == [LOG]
+    assert len(list(read_records(tmp_path / LOG))) == 3
+
+
+def test_results_stay_if_another_run_uses_the_folder(plan, tmp_path):
+    finish(plan, tmp_path, MadeUp())
+    before = files(tmp_path)
+    with (
+        trial_log(tmp_path / LOG, made_with=made_with(plan.origin)),
+        pytest.raises(InputError, match="another run uses"),
+    ):
+        run_plan(plan, folder=tmp_path, executor=MadeUp(), anew=True)
+    assert files(tmp_path) == before
 
 
 def test_more_trials_and_more_points_use_the_old_ones(plan, tmp_path):

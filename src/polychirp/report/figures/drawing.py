@@ -13,6 +13,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from polychirp.study.csv_cells import safe_cell
+
 STYLE_FILE: Final = Path(__file__).parents[1] / "style.mplstyle"
 
 BLUE: Final = "#0072B2"
@@ -70,17 +72,21 @@ class Drawing:
 
 
 def csv_of(data: Mapping[str, Column]) -> str:
-    """Columns of equal length as a CSV file; numbers have seven significant digits."""
+    r"""Columns of equal length as a CSV file; numbers have seven significant digits.
+
+    >>> csv_of({"label": ["-10 dB"], "snr_db": [-10.0]})
+    "label,snr_db\n'-10 dB,-10\n"
+    """
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(data)
+    writer.writerow(_cell(name) for name in data)
     for line in zip(*data.values(), strict=True):
         writer.writerow(_cell(value) for value in line)
     return file.getvalue()
 
 
 def _cell(value: Any) -> str:
-    return f"{value:.7g}" if hasattr(value, "__float__") else str(value)
+    return f"{value:.7g}" if hasattr(value, "__float__") else str(safe_cell(value))
 
 
 def styled(draw: Callable[P, Drawing]) -> Callable[P, Drawing]:

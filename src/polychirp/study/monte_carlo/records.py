@@ -3,7 +3,7 @@
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,6 +13,7 @@ from zlib import crc32
 from polychirp.errors import InputError, RunError
 from polychirp.file_locks import try_to_lock
 from polychirp.scoring.causes import Nature
+from polychirp.study.folders import remove_results
 
 if TYPE_CHECKING:
     from polychirp.model.frame_history import FrameHistory
@@ -201,14 +202,19 @@ class TrialLog:
 
 @contextmanager
 def trial_log(
-    path: Path, *, made_with: Mapping[str, Any], anew: bool = False
+    path: Path,
+    *,
+    made_with: Mapping[str, Any],
+    anew: bool = False,
+    results: Iterable[Path] = (),
 ) -> Iterator[TrialLog]:
     """The log at ``path``, open for one run at a time, after its last complete line.
 
     Parameters
     ----------
     made_with : versions and platform; a log that was made with other ones is refused
-    anew : True to remove the trials in the log
+    anew : True to remove the trials in the log, and before them ``results``
+    results : files and folders that were made from the log
 
     Raises
     ------
@@ -224,6 +230,8 @@ def trial_log(
         _lock(file, path)
         with write_errors(path):
             if anew:
+                for result in results:
+                    remove_results(result)
                 file.truncate(0)
             _go_to_end(file)
         if file.tell() == 0:

@@ -15,7 +15,7 @@ from polychirp.study.monte_carlo.plan import Plan
 from polychirp.study.monte_carlo.records import TrialLog, TrialRecord, read_records, trial_log
 from polychirp.study.monte_carlo.results import Results, gather, save_results
 from polychirp.study.monte_carlo.stopping import Stopping, counts_of
-from polychirp.study.monte_carlo.tables import save_tables
+from polychirp.study.monte_carlo.tables import FILES, save_tables
 from polychirp.study.monte_carlo.tasks import Executor, Outcome, Task
 from polychirp.study.provenance import Provenance
 
@@ -66,7 +66,7 @@ def run_plan(
 
     Parameters
     ----------
-    anew : True to remove the trials that ``folder`` has, before the run
+    anew : True to remove the trials and results that ``folder`` has, before the run
 
     Raises
     ------
@@ -79,7 +79,10 @@ def run_plan(
     stopping = Stopping(
         num_points=len(plan.points), trials=plan.trials, half_width=plan.stop_half_width
     )
-    with trial_log(log_path, made_with=made_with(plan.origin), anew=anew) as log:
+    results_of_log = [folder / name for name in (STORE, *FILES)]
+    with trial_log(
+        log_path, made_with=made_with(plan.origin), anew=anew, results=results_of_log
+    ) as log:
         run = _Run(plan, stopping, log, _known(plan, log_path, stopping))
         run.finish(executor, progress)
         results = gather(plan, num_trials=stopping.limit, records=read_records(log_path))

@@ -17,6 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from polychirp.scoring.statistics import Estimate
+from polychirp.study.csv_cells import safe_cell
 from polychirp.study.monte_carlo.grid import Label
 from polychirp.study.monte_carlo.records import NATURES, TRIALS_ARE_KEPT, write_errors
 from polychirp.study.monte_carlo.results import Results
@@ -31,6 +32,17 @@ _UNIT_SUFFIXES: Final = {
     "elevation_rmse": "_rad",
 }
 """Endings that columns of `Summary` and `Difference` get in the tables."""
+
+
+FILES: Final = (
+    "provenance.json",
+    *(
+        f"{table}.{end}"
+        for table in ("summary", "differences", "victims", "targets")
+        for end in ("csv", "parquet")
+    ),
+)
+"""Names of the files that `save_tables` writes; those of Parquet if pyarrow is installed."""
 
 
 def save_tables(folder: Path, results: Results) -> list[str]:
@@ -180,16 +192,6 @@ def _write_csv(path: Path, *, rows: list[Row]) -> None:
         if rows:
             writer.writerow(rows[0])
         writer.writerows([safe_cell(value) for value in row.values()] for row in rows)
-
-
-def safe_cell(value: Label | None) -> Label | None:
-    """Value of a cell; text that a spreadsheet takes for a formula gets an apostrophe before it.
-
-    >>> safe_cell("=1+1"), safe_cell("front"), safe_cell(-1.5)
-    ("'=1+1", 'front', -1.5)
-    """
-    is_formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r"))
-    return f"'{value}" if is_formula else value
 
 
 def _write_parquet(path: Path, *, rows: list[Row], provenance: str) -> None:
