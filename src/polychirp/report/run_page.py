@@ -120,7 +120,7 @@ def frame_data(victim: StoredVictim, receiver: AnyReceiver) -> dict[str, Any]:
                 "found": bool(victim.score.is_detected[n]),
             }
             for n, name in enumerate(truth.name)
-            if truth.is_visible[n]
+            if victim.score.is_in_sight[n] or victim.score.is_detected[n]
         ],
         "marks": detection_marks(
             range_=found.range,
@@ -145,8 +145,11 @@ def _sentence(victim: StoredVictim) -> str:
     score = victim.score
     seen = int(np.sum(score.is_in_sight))
     found = int(np.sum(score.is_detected & score.is_in_sight))
+    targets = (
+        f"finds {found} of {counted(seen, 'target')} in sight" if seen else "has no target in sight"
+    )
     return (
-        f"Radar {victim.name} finds {found} of {counted(seen, 'target')} in sight and detects "
+        f"Radar {victim.name} {targets} and detects "
         f"{counted(len(score.ghosts), 'ghost')}; the floor is "
         f"{decimal(float(to_db(score.floor_rise)), 1)} dB above that of noise."
     )

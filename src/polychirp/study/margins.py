@@ -41,7 +41,8 @@ def gate_for(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray)
 def folds_of(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray) -> Folds:
     """Places of echoes whose range rate is beyond the span that a receiver of chirps tells apart.
 
-    Other receivers search to a greatest speed, and fold nothing within it.
+    A carrier with a code has no slope, and its ranges do not depend on the range rate. Other
+    receivers search to a greatest speed, and fold nothing within it.
     """
     receiver = receiver_for(receiver, schedule)
     if isinstance(receiver, Decoding):
@@ -49,8 +50,10 @@ def folds_of(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray)
     if not isinstance(receiver, RangeDoppler):
         return Folds()
     span = receiver.unambiguous_span(schedule, array)
-    per_rate = float(schedule.centre_frequency[0] / schedule.slope[0])
-    return Folds(span=span, shift=span * per_rate)
+    slope = float(schedule.slope[0])
+    if slope == 0.0:
+        return Folds(span=span)
+    return Folds(span=span, shift=span * float(schedule.centre_frequency[0]) / slope)
 
 
 def gates_of(study: Study) -> dict[str, Gate]:

@@ -51,11 +51,11 @@ def _need_finite(owner: str, name: str, value: float) -> None:
 
 
 def need_positive(owner: str, **values: float) -> None:
-    """Refuse values that are not positive; the message names ``owner`` and the value."""
+    """Refuse values that are not positive; the message names ``owner``, without a bare number."""
     for name, value in values.items():
         _need_finite(owner, name, value)
         if not value > 0:
-            raise InputError(f"{owner} needs a positive {name}, not {value:g}")
+            raise InputError(f"{owner} needs a positive {name}, not {_zero_or_negative(value)}")
 
 
 def need_not_negative(owner: str, **values: float) -> None:
@@ -67,14 +67,20 @@ def need_not_negative(owner: str, **values: float) -> None:
 
 
 def need_limits(owner: str, **limits: tuple[float, float]) -> None:
-    """Refuse limits that are inverted or not positive; the message names ``owner`` and them."""
+    """Refuse limits that are inverted or not positive; the message names ``owner``."""
     for name, (lowest, highest) in limits.items():
         _need_finite(owner, f"lower limit of {name}", lowest)
         _need_finite(owner, f"upper limit of {name}", highest)
         if not lowest > 0:
-            raise InputError(f"{owner} needs a positive lower limit of {name}, not {lowest:g}")
+            raise InputError(
+                f"{owner} needs a positive lower limit of {name}, not {_zero_or_negative(lowest)}"
+            )
         if not lowest <= highest:
             raise InputError(
-                f"{owner} has limits of {name} in the wrong order "
-                f"({lowest:g} to {highest:g}); write the smaller one first"
+                f"{owner} has limits of {name} in the wrong order; write the smaller one first"
             )
+
+
+def _zero_or_negative(value: float) -> str:
+    """Words for a value that is not positive."""
+    return "0" if value == 0 else "a negative one"

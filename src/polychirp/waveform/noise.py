@@ -1,5 +1,6 @@
 """`Noise`: band-limited noise on a carrier, which the receiver has stored."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,6 +17,10 @@ from polychirp.waveform.carriers import carriers
 
 RATIO_ERROR = 0.01
 """Relative error of the ratio of peak to average power; chosen."""
+
+LEAST_PRODUCT = 2.0
+"""Least product of a block's band and duration. A block's spectral lines are one over its duration
+apart: a band below 2 holds the carrier's line alone, which has no range; one from 2 on, three."""
 
 MOST_ROUNDS = 200
 """Greatest number of rounds of clipping. Chosen: 1 dB needs 12."""
@@ -49,8 +54,8 @@ class Noise(Spec):
     ------
     InputError
         A sweep has fewer than two periods, a block fewer than 16 chips, the band is wider than the
-        transmitter's samples allow, a frequency or duration is not positive, the idle time is
-        negative, or the ratio is not above 1.
+        transmitter's samples allow or so narrow that a block is constant, a frequency or
+        duration is not positive, the idle time is negative, or the ratio is not above 1.
 
     Examples
     --------
@@ -89,6 +94,14 @@ class Noise(Spec):
             raise InputError(
                 f"a noise waveform of {self.bandwidth / 1e6:.4g} MHz needs chips of "
                 f"{1e9 / self.bandwidth:.4g} ns or less, not {self.chip_duration * 1e9:.4g} ns"
+            )
+        block = self.num_chips * self.chip_duration
+        if self.bandwidth * block < LEAST_PRODUCT * (1 - 1e-9):
+            least = math.ceil(LEAST_PRODUCT / block / 1e4) / 100  # rounded up, which is accepted
+            raise InputError(
+                f"a noise waveform with a block of {block * 1e6:.4g} µs is constant with so "
+                f"narrow a bandwidth, and cannot tell ranges apart; use '{least:g} MHz' or more, "
+                "or more chips"
             )
         if not self.peak_to_average > 1.0:
             raise InputError("a noise waveform's ratio of peak to average must be above 0 dB")

@@ -1,6 +1,7 @@
 """Pages of stored runs and studies."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -49,6 +50,18 @@ def test_a_frame_has_its_detections_and_visible_targets_alone(run):
     assert [target["name"] for target in data["targets"]] == ["car"]
     assert len(data["marks"]) == victim.detections.num_detections
     assert {mark["cause"] for mark in data["marks"]} <= causes().keys()
+
+
+def test_a_target_out_of_sight_is_not_called_missed(run):
+    """It is visible, but nothing of it can be found: an echo without power, for instance."""
+    victim = run.victim("front")
+    nothing = np.zeros_like(victim.score.is_in_sight)
+    score = replace(victim.score, is_in_sight=nothing, is_detected=nothing)
+    unseen = replace(victim, score=score)
+    assert victim.truth.is_visible.any()
+    assert frame_data(unseen, STUDY.receiver)["targets"] == []
+    page = run_page(replace(run, victims=(unseen,)), [])
+    assert "Radar front has no target in sight and detects" in page
 
 
 def test_the_page_of_a_run_has_its_figures_beside_it(run, tmp_path):

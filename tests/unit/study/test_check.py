@@ -23,9 +23,11 @@ from polychirp.model.radar import Converter
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation import RampMinimum
 from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.selection import AutoReceiver
+from polychirp.rng import Streams
 from polychirp.study.check import check
 from polychirp.study.limits.beams import directivity
-from polychirp.study.limits.targets import targets_out_of_reach
+from polychirp.study.limits.targets import greatest_speed, targets_out_of_reach
 from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import (
     Study,
@@ -45,6 +47,7 @@ from polychirp.waveform import (
     DiverseTriangular,
     DopplerDivision,
     Hopping,
+    Pmcw,
     Sawtooth,
     Subframes,
     TimeDivision,
@@ -518,6 +521,15 @@ def test_a_target_faster_than_chirps_tell_apart_is_named():
     study = replace(STUDY, street=street, radars=(chirps,), targets=("bird",))
     with pytest.warns(ModelWarning, match="'bird' moves at 32 km/h .*another speed"):
         check(study)
+
+
+def test_the_note_on_a_fast_target_names_what_a_carrier_has():
+    """A carrier with a code has periods, and no ramp_duration."""
+    sent = Pmcw().schedule(num_sweeps=8, streams=Streams(1))
+    speed, why = greatest_speed(AutoReceiver(), sent, AntennaArray())
+    assert speed == pytest.approx(SPEED_OF_LIGHT / 79e9 / (4.0 * sent.start_time[1]))
+    assert "sweeps tell speeds apart to 170 km/h" in why
+    assert "use fewer periods or a shorter idle" in why
 
 
 def test_a_mitigation_that_needs_equal_ramps_is_refused_for_triangles():

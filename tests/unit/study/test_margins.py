@@ -12,10 +12,13 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.decoding.chain import Decoding
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import AutoReceiver
 from polychirp.rng import Streams
-from polychirp.study.margins import PAPER_GATE, gate_for, gates_of
+from polychirp.study.margins import PAPER_GATE, folds_of, gate_for, gates_of
 from polychirp.study.paper.scenarios import WAVEFORMS
+from polychirp.waveform import Noise, Pmcw, Sawtooth
 from tests.support.small_study import SMALL_STUDY
 
 
@@ -45,3 +48,20 @@ def test_a_study_has_the_margins_of_its_receiver_for_every_victim():
     assert {name: gate.range_rate for name, gate in gates_of(study).items()} == {"front": 1.0}
     paper = gates_of(replace(study, receiver=PaperReceiver()))
     assert paper["front"].range_rate == pytest.approx(9.475, abs=0.01)
+
+
+@pytest.mark.parametrize("waveform", [Pmcw(), Noise()], ids=["pmcw", "noise"])
+def test_a_folded_echo_of_a_carrier_keeps_its_range(waveform):
+    """A code's delay does not depend on the Doppler shift; the span is λ/2T of a sweep's interval.
+
+    A chirp of slope μ moves the echo by fS/μ instead.
+    """
+    schedule = waveform.schedule(num_sweeps=8, streams=Streams(1))
+    folds = folds_of(Decoding(), schedule, AntennaArray())
+    interval = np.diff(schedule.start_time)[0]
+    assert folds.shift == 0.0
+    assert folds.span == pytest.approx(SPEED_OF_LIGHT / 79e9 / (2.0 * interval), rel=1e-9)
+    chirps = Sawtooth(bandwidth=500e6).schedule(num_sweeps=8, streams=Streams(1))
+    folds = folds_of(RangeDoppler(), chirps, AntennaArray())
+    expected = folds.span * chirps.centre_frequency[0] / chirps.slope[0]
+    assert folds.shift == pytest.approx(expected, rel=1e-12)

@@ -119,7 +119,7 @@ def test_a_sequence_repeats_its_slopes_within_one_band():
 REFUSED = {
     "limits of bandwidth": (
         {"kind": "diverse-sawtooth", "bandwidth": ["300 MHz", "200 MHz"]},
-        "limits of bandwidth in the wrong order",
+        "limits of bandwidth in the wrong order; write the smaller one first",
     ),
     "limits of idle": (
         {"kind": "diverse-sawtooth", "idle": ["5 us", "4 us"]},
@@ -147,6 +147,15 @@ REFUSED = {
         "needs 2 pieces or more in a chirp, not 1; the waveform 'sawtooth' has whole chirps",
     ),
     "no slope": ({"kind": "slope-sequence", "slopes": []}, "needs one slope or more"),
+    "a negative carrier": (
+        {"kind": "pmcw", "carrier": "-1 GHz"},
+        "a PMCW waveform needs a positive carrier, not a negative one",
+    ),
+    "noise without a band": (
+        {"kind": "noise", "bandwidth": "1 MHz"},
+        "a block of 1.024 µs is constant with so narrow a bandwidth, and cannot tell ranges apart; "
+        "use '1.96 MHz' or more",
+    ),
     "a flat ramp": (
         {"kind": "slope-sequence", "slopes": ["1 MHz/us", "0 MHz/us"]},
         "needs one slope or more, none of them 0",

@@ -127,6 +127,11 @@ def greatest_speed(
             "appear with another speed; use a shorter ramp_duration or idle, fewer transmitting "
             "elements, or a Doppler division with an empty band"
         )
+    if np.all(schedule.slope == 0.0):  # a carrier with a code
+        return speed, (
+            f"its sweeps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "
+            "speed; use fewer periods or a shorter idle"
+        )
     return speed, (
         f"its chirps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "
         "speed; use a shorter ramp_duration or idle"
