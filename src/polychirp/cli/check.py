@@ -224,7 +224,7 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "peak to average power": f"{10 * math.log10(radar.peak_to_average):.2g} dB"
         if radar.chips_per_ramp
         else _ABSENT,
-        "EIRP of an element": _dbm(radar.eirp),
+        "peak EIRP of an element": _dbm(radar.eirp),
         "antenna gain of an element": f"{_level(radar.antenna_gain):.3g} dB",
         "noise figure": f"{_level(radar.noise_figure):.3g} dB",
         "noise of a sample, at the antenna": _dbm(radar.sample_noise),

@@ -293,7 +293,7 @@ def test_check_prints_a_table_for_people(trial, capsys):
     rows = [line.split("│")[1:-1] for line in capsys.readouterr().out.splitlines() if "│" in line]
     cells = {row[0].strip(): [cell.strip() for cell in row[1:]] for row in rows if len(row) == 3}
     assert "range resolution" in cells
-    assert cells["EIRP of an element"] == ["46.0 dBm"] * 2
+    assert cells["peak EIRP of an element"] == ["46.0 dBm"] * 2
     assert cells["noise figure"] == ["4.5 dB"] * 2
     assert cells["azimuth resolution (3-dB beam)"][0].startswith("26.")
 
