@@ -15,12 +15,16 @@ from polychirp.report.words import decimal
 PAINT: Final[Colour] = (0.72, 0.74, 0.77)
 """Colour of vehicles without a radar: that of metal."""
 
+POINT_SIZE: Final = 0.5
+"""Edge of the box of a point that scatters, m; chosen: it can be seen across a street."""
+
 
 def street_model(scene: Scene) -> dict[str, Any]:
     """The street as values for JSON: lengths in m, angles in rad, colours as #rrggbb.
 
     Every body is a box in its own frame, which a script places by its position and yaw. Trees are a
-    trunk and a ball; what a body is made of gives its colour, and radars give that of vehicles.
+    trunk and a ball, and points are small boxes; what a body is made of gives its colour, and
+    radars give that of vehicles.
     """
     materials = _commonest_materials(scene)
     return {
@@ -59,9 +63,11 @@ def _body(scene: Scene, number: int, material: str) -> dict[str, Any]:
 
 
 def _corners(actor: Actor) -> FloatArray:
-    """All corners of an actor in its own frame, m, ``(corner, xyz)``."""
+    """All corners of an actor and of boxes around its points, in its own frame, m: ``(n, xyz)``."""
     plates = [plate.triangles.reshape(-1, 3) for plate in actor.plates]
-    return np.concatenate([actor.mesh.vertex.reshape(-1, 3), *plates])
+    ends = 0.5 * POINT_SIZE * np.array([[-1.0], [1.0]])
+    points = [np.array(point.position) + ends for point in actor.points]
+    return np.concatenate([actor.mesh.vertex.reshape(-1, 3), *plates, *points])
 
 
 def _colour(scene: Scene, number: int, material: str) -> Colour:

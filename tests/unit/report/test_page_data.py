@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.frames import Pose
+from polychirp.model.scene import Actor, PointScatterer
 from polychirp.report.figures.surfaces import radar_paint
 from polychirp.report.page_data import LEVEL_STEP_DB, causes, row_key, rows_data
 from polychirp.report.street_model import street_model
@@ -77,6 +79,19 @@ def test_the_street_has_a_box_for_every_body(scene):
     assert car["place"] == [8.0, 1.75, 0.0]
     assert car["speed"] == "43"
     assert bodies["house"]["high"] == [20.0, 9.0, 6.0]
+
+
+def test_the_street_has_a_small_box_for_a_point(scene):
+    point = Actor(
+        name="corner reflector",
+        kind="object",
+        pose=Pose(x=12.0, z=1.0),
+        points=(PointScatterer(position=(0.0, 0.0, 0.0), rcs=1.0),),
+    )
+    model = street_model(replace(scene, actors=(*scene.actors, point)))
+    box = model["bodies"][-1]
+    assert (box["name"], box["place"]) == ("corner reflector", [12.0, 0.0, 1.0])
+    assert (box["low"], box["high"]) == ([-0.25] * 3, [0.25] * 3)
 
 
 def test_a_car_has_the_colour_of_its_radars_beam(scene):

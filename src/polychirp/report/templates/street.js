@@ -61,8 +61,8 @@ class StreetScene {
       roads: bodies.filter((body) => body.kind === "road"),
       solids: solids.filter((one) => one.body.kind !== "road"),
     });
-    this.cars = this.solids.filter((one) => one.body.kind === "vehicle");
-    const seen = this.cars.length ? this.cars : solids;
+    this.named = this.solids.filter((one) => ["vehicle", "object"].includes(one.body.kind));
+    const seen = this.named.length ? this.named : solids;
     const span = [0, 1].map((n) => [Math.min(...seen.map((one) => one.bounds[n][0])),
       Math.max(...seen.map((one) => one.bounds[n][1]))]);
     const size = span.map(([low, high]) => high - low);
@@ -156,7 +156,7 @@ class StreetScene {
     this.roads.forEach((body) => this.drawRoad(body));
     this.beams.forEach((beam) => this.drawBeam(beam));
     for (const one of painted(this.solids, this.eye)) this[one.body.kind === "tree" ? "drawTree" : "drawBoxes"](one);
-    this.cars.forEach((one) => this.drawName(one));
+    this.named.forEach((one) => this.drawName(one));
   }
 
   drawRoad(body) {
