@@ -44,7 +44,7 @@ of a ramp's resolution."""
 RATE_STEP = 0.5
 """Step of range rate, in the Doppler cells λ/2T of a ramp; chosen: half a step costs 1 dB."""
 
-REACH = 1.5
+RATE_REACH = 1.5
 """Greatest difference of range rates between a body and its peak, over the change of range rate
 that the greatest acceleration makes in a frame; chosen: peaks of one kind of ramps reached as far.
 """
@@ -71,7 +71,7 @@ def _offsets(seen: Observation) -> FloatArray:
     """Changes of a motion that are tried, ``(motion, 4)``."""
     length = float(np.median(seen.model.times.num_samples)) / seen.model.times.rate
     step = RATE_STEP * seen.wavelength / (2.0 * length)
-    reach = min(np.floor(REACH * GREATEST_ACCELERATION * seen.duration / step), MOST_RATES)
+    reach = min(np.floor(RATE_REACH * GREATEST_ACCELERATION * seen.duration / step), MOST_RATES)
     rate, beside, acceleration = np.meshgrid(
         step * np.arange(-reach, reach + 1.0),
         seen.range_cell * np.array(RANGE_OFFSETS),
