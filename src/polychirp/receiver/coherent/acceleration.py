@@ -23,6 +23,10 @@ LEAST_ACCELERATION, GREATEST_ACCELERATION = -10.0, 170.0
 """Accelerations that are tried, m/s²; chosen: a car that brakes in front, and one that passes at
 2.5 m with 20 m/s."""
 
+GREATEST_CROSSING_SPEED = 30.0
+"""Greatest speed across the line of sight, m/s, whose acceleration at a range is believed; chosen:
+a car on a country road."""
+
 MOST_BLOCKS = 48
 """Number of blocks of ramps over which a search adds; chosen: it limits the size of the search."""
 
@@ -124,6 +128,7 @@ def accelerated(
         least=(least * size.sum(axis=1))[smeared],
     )
     is_moved = np.any(found.motion != points.motion[smeared], axis=1)
+    is_moved &= found.motion[:, 2] * np.abs(found.motion[:, 0]) <= GREATEST_CROSSING_SPEED**2
     cells = np.arange(-RANGE_CELLS, RANGE_CELLS + 0.5, 0.5)
     ranged = _best(
         seen,

@@ -404,6 +404,17 @@ def test_an_acceleration_is_found_from_the_motion_without_it(acceleration):
     assert found[1] == pytest.approx(true[0, 1], abs=0.1)
 
 
+@pytest.mark.parametrize(("distance", "is_believed"), [(8.0, True), (16.0, False)])
+def test_an_acceleration_is_believed_that_a_crossing_body_may_have(distance, is_believed):
+    """At 30 m/s across the line of sight it is 112 m/s² at 8 m, and 56 m/s² at 16 m."""
+    point = HandPoint(range=distance, range_rate=-2.0, acceleration=80.0)
+    seen = observed([point], noise=1e-3)
+    true = in_the_middle(seen, [point])
+    start = points_at(seen, true * [1.0, 1.0, 0.0], floor=1e-3)
+    found = accelerated(seen, Residual.of(seen, NOTHING), start, Accelerations.of(seen)).motion[0]
+    assert found[2] == pytest.approx(true[0, 2] if is_believed else 0.0, abs=5.0)
+
+
 def test_no_new_points_have_no_accelerations():
     seen = observed([], noise=1.0)
     assert len(accelerated(seen, Residual.of(seen, NOTHING), NOTHING, Accelerations.of(seen))) == 0
