@@ -75,9 +75,14 @@ def one_element(element, num_ramps=12, num_elements=3):
     return replace(plan(num_ramps), transmit_weight=weight)
 
 
-def target(*, distance=12.0, range_rate=0.0, azimuth=0.0, gain=1.0):
+def target(*, distance=12.0, range_rate=0.0, azimuth=0.0, elevation=0.0, gain=1.0):
     """A point as the radar's own echo, moving along the line of sight."""
-    there = (float(np.cos(azimuth)), float(np.sin(azimuth)), 0.0)
+    level = np.cos(elevation)
+    there = (
+        float(level * np.cos(azimuth)),
+        float(level * np.sin(azimuth)),
+        float(np.sin(elevation)),
+    )
     return HandPath(
         delay=2 * distance / SPEED_OF_LIGHT,
         delay_rate=2 * range_rate / SPEED_OF_LIGHT,
@@ -365,6 +370,26 @@ def test_elements_in_turns_give_a_moving_target_the_snr_of_a_decoding_for_its_ra
 
     in_motion = phases_in_motion(received, true.range_rate)
     assert snr(0.0, in_motion) == pytest.approx(snr(range_rate, None), abs=0.05)
+
+
+@pytest.mark.parametrize("range_rate", [0.0, 3.0, -6.0])
+@pytest.mark.parametrize("spacing", [0.95, 1.0, 1.05])
+def test_speeds_that_beams_do_not_tell_apart_are_the_lowest(range_rate, spacing):
+    """Of two elements above each other, the other fold is a wave from another elevation."""
+    stacked = array(2, transmitter_positions=((0, 0), (0, 1.5)))
+    stacked = replace(stacked, spacing=spacing * HALF_WAVE)
+    schedule = plan(64, coding=TimeDivision(), num_elements=2)
+    receiver = RangeDoppler(greatest_range=20.0, angle="bartlett")
+    assert not receiver.tells_folds_apart(schedule, stacked)
+    for seed in range(20):
+        draw = np.random.default_rng(seed)
+        azimuth, elevation = draw.uniform([-0.7, -0.15], [0.7, 0.15])
+        point = target(range_rate=range_rate, azimuth=azimuth, elevation=elevation)
+        whole = frame(schedule, point, antenna=stacked)
+        level = 0.1 * np.sqrt(np.mean(np.abs(whole.samples) ** 2))
+        noise = draw.normal(scale=level, size=(2, *whole.samples.shape))
+        found = receiver.detect(whole.with_samples(whole.samples + noise[0] + 1j * noise[1]))
+        assert found.range_rate == pytest.approx([range_rate], abs=0.3)
 
 
 def test_a_channels_error_scales_its_echo_and_its_noise_alike():

@@ -25,7 +25,7 @@ from polychirp.receiver.detection.cfar import (
 from polychirp.receiver.detection.looks import independent_looks
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.combination import detect_by_subframes
-from polychirp.receiver.range_doppler.fold_ambiguity import folds_are_told_apart
+from polychirp.receiver.range_doppler.fold_ambiguity import EQUAL_POWER, folds_are_told_apart
 from polychirp.receiver.range_doppler.peaks import interpolated_peaks, is_local_maximum
 from polychirp.receiver.range_doppler.side_lobes import GapLobes, stands_out
 from polychirp.receiver.range_doppler.subframes import (
@@ -43,7 +43,7 @@ from polychirp.receiver.range_doppler.transforms import (
     taper,
     unfit,
 )
-from polychirp.receiver.range_doppler.unfolding import unfolded
+from polychirp.receiver.range_doppler.unfolding import EQUAL_BEAMS, unfolded
 from polychirp.receiver.settings import DetectorSettings
 from polychirp.receiver.signal_model.equal_ramps import (
     phases_are_coded,
@@ -238,7 +238,16 @@ class RangeDoppler(DetectorSettings):
         rate, beat_range, power = (place[is_point] for place in places)
         cells = spectra.amplitude[:, found.row, found.column].T.astype(np.complex128)
         cells = cells.reshape(found.row.size, frame.array.num_channels, len(blocks.weight))
-        decoded = unfolded(frame, blocks, cells, rate, floor=found.floor, by_beams=self.unfolds)
+        is_told = self.tells_folds_apart(frame.schedule, frame.array)
+        decoded = unfolded(
+            frame,
+            blocks,
+            cells,
+            rate,
+            floor=found.floor,
+            by_beams=self.unfolds,
+            equal_beams=EQUAL_BEAMS if is_told else 1.0 - EQUAL_POWER,
+        )
         of = decoded.detection
         power = power[of] * decoded.share
         schedule = frame.schedule

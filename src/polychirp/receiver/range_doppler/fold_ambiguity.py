@@ -9,6 +9,7 @@ This module decodes noise-free waves of many directions with every fold, and say
 the directions the right one alone is best.
 """
 
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -57,9 +58,24 @@ def folds_are_told_apart(schedule: RampSchedule, array: AntennaArray, *, by_beam
     blocks = code_blocks(schedule)
     if len(blocks.weight) == 1:
         return True
-    place, _ = virtual_channels(array, schedule.num_elements)
-    elements = Elements.of(place, frequency=float(np.mean(schedule.centre_frequency)))
-    return share_told_apart(blocks, array, elements, by_beams=by_beams) >= TOLD_SHARE
+    frequency = float(np.mean(schedule.centre_frequency))
+    code = tuple(map(tuple, blocks.weight.tolist()))
+    return _share_of(code, array, frequency, by_beams=by_beams) >= TOLD_SHARE
+
+
+@lru_cache(maxsize=8)
+def _share_of(
+    code: tuple[tuple[complex, ...], ...], array: AntennaArray, frequency: float, *, by_beams: bool
+) -> float:
+    """`share_told_apart` of a code ``(sweep, element)``.
+
+    It takes up to 40 ms, and so is kept for the next frames of the same radar.
+    """
+    ramps = np.zeros((1, len(code), 1), dtype=np.int64)
+    blocks = CodeBlocks(ramps=ramps, weight=np.array(code, dtype=np.complex128))
+    place, _ = virtual_channels(array, blocks.weight.shape[1])
+    elements = Elements.of(place, frequency=frequency)
+    return share_told_apart(blocks, array, elements, by_beams=by_beams)
 
 
 def share_told_apart(

@@ -92,6 +92,7 @@ def unfolded(
     *,
     floor: FloatArray,
     by_beams: bool,
+    equal_beams: float = EQUAL_BEAMS,
 ) -> Unfolded:
     """Range rates among the K that a code's cell may mean, and the channels decoded with them.
 
@@ -103,6 +104,8 @@ def unfolded(
     range_rate : of each detection in the span of the code, m/s ``(detection,)``
     floor : noise power of one channel in each detection's cell, W ``(detection,)``
     by_beams : True if phases between channels are known, so that beams may be compared
+    equal_beams : relative difference below which two beams count as equal, and the lower speed is
+        taken
     """
     folds = _folds(frame, blocks, amplitude, range_rate)
     power = np.sum(np.abs(folds.virtual) ** 2, axis=-1) * energy(blocks)
@@ -117,7 +120,7 @@ def unfolded(
         quality = strongest_beam(folds.virtual, _elements(frame))
     is_crowded = np.asarray(~is_admitted.any(axis=1))
     allowed = np.where(is_admitted | is_crowded[:, None], quality, -np.inf)
-    best = _first_of_the_best(allowed)
+    best = _first_of_the_best(allowed, equal_beams)
     number = np.arange(range_rate.size)
     alone = Unfolded(
         detection=number,
@@ -130,10 +133,10 @@ def unfolded(
     return _with_pairs(frame, blocks, folds, alone, number[is_crowded], floor)
 
 
-def _first_of_the_best(quality: FloatArray) -> IntArray:
+def _first_of_the_best(quality: FloatArray, equal: float) -> IntArray:
     """Number of the first fold whose quality is equal to the best one ``(detection,)``."""
     greatest = quality.max(axis=1, keepdims=True, initial=-np.inf)
-    is_best = quality >= greatest - EQUAL_BEAMS * np.abs(greatest)
+    is_best = quality >= greatest - equal * np.abs(greatest)
     return np.asarray(np.argmax(is_best, axis=1))
 
 
