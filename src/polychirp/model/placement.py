@@ -123,8 +123,10 @@ def _extremes(actor: Actor, time: float) -> FloatArray:
     mesh = actor.mesh
     is_mirror = np.array(["mirror" in part for part in mesh.parts], dtype=np.bool_)
     is_counted = ~is_mirror[mesh.part] if actor.kind == "vehicle" else np.full(mesh.num_faces, True)
+    is_corner = np.zeros(len(mesh.vertex), dtype=np.bool_)
+    is_corner[mesh.face[is_counted]] = True
     points = [
-        mesh.corners[is_counted].reshape(-1, 3),
+        mesh.vertex[is_corner],
         *(plate.triangles.reshape(-1, 3) for plate in actor.plates),
         *(np.array([point.position]) for point in actor.points),
     ]

@@ -137,16 +137,29 @@ def distances(
     ``distance``, m, ``range_rate``, m/s, ``azimuth`` and ``elevation``, rad, are those of the
     places, ``(place,)``. A NaN for an angle meets any margin.
     """
-    seen = seen_azimuths(azimuth[:, None], elevation[:, None], detections.elevation)
+    measured = detections.azimuth, detections.elevation
     apart: FloatArray = np.maximum.reduce(
         [
             np.abs(detections.range - distance[:, None]) / gate.range,
             np.abs(detections.range_rate - range_rate[:, None]) / gate.range_rate,
-            np.abs(np.nan_to_num(detections.azimuth - seen)) / gate.azimuth,
-            np.abs(np.nan_to_num(detections.elevation - elevation[:, None])) / gate.elevation,
+            angular_distances(measured, (azimuth[:, None], elevation[:, None]), gate),
         ]
     )
     return apart
+
+
+def angular_distances(
+    measured: tuple[FloatArray, FloatArray], place: tuple[FloatArray, FloatArray], gate: Gate
+) -> FloatArray:
+    """Distance D by directions alone, between ``measured`` ones and those of places.
+
+    Both are azimuths and elevations, rad; the arrays are broadcast. A NaN meets any margin.
+    """
+    azimuth, elevation = measured
+    seen = seen_azimuths(*place, elevation)
+    across = np.abs(np.nan_to_num(azimuth - seen)) / gate.azimuth
+    upwards = np.abs(np.nan_to_num(elevation - place[1])) / gate.elevation
+    return np.asarray(np.maximum(across, upwards))
 
 
 def seen_azimuths(azimuth: FloatArray, elevation: FloatArray, measured: FloatArray) -> FloatArray:

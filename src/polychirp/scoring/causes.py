@@ -15,8 +15,8 @@ from polychirp.model.truth import Truth
 from polychirp.scoring.association import (
     Association,
     Gate,
+    angular_distances,
     associate,
-    distances,
     distances_from_bodies,
 )
 from polychirp.scoring.echoes import Echoes, power_by_body
@@ -177,12 +177,15 @@ def _near(detections: Detections, echoes: Echoes, gate: Gate) -> tuple[BoolArray
     The first is that of the paths within all margins, the second that of the paths within those of
     range and range rate, in any direction.
     """
-    place = (echoes.range, echoes.range_rate)
-    anywhere = np.full(echoes.range.size, np.nan)
-    return (
-        distances(detections, *place, echoes.azimuth, echoes.elevation, gate) <= 1.0,
-        distances(detections, *place, anywhere, anywhere, gate) <= 1.0,
-    )
+    at_range = np.abs(detections.range - echoes.range[:, None]) <= gate.range
+    at_range &= np.abs(detections.range_rate - echoes.range_rate[:, None]) <= gate.range_rate
+    # directions take most of the time: only those of paths at a detection's range are compared
+    path, of = np.nonzero(at_range)
+    measured = detections.azimuth[of], detections.elevation[of]
+    apart = angular_distances(measured, (echoes.azimuth[path], echoes.elevation[path]), gate)
+    near = np.zeros_like(at_range)
+    near[path, of] = apart <= 1.0
+    return near, at_range
 
 
 def _near_folded(detections: Detections, echoes: Echoes, gate: Gate) -> BoolArray:

@@ -128,8 +128,31 @@ def _parts_of(scene: Scene, name: str) -> tuple[Actor, ...]:
     raise InputError(f"there is no actor '{name}'; the scene has {known}")
 
 
+class _Faces(NamedTuple):
+    """Faces of a body towards an eye, or all if it sees only backs, in the body's frame.
+
+    ``corners`` m ``(face, corner, xyz)``; ``point`` m ``(face, xyz)``, the nearest one of each to
+    the eye, which is at ``eye`` m, ``(xyz,)``.
+    """
+
+    corners: FloatArray
+    point: FloatArray
+    eye: FloatArray
+
+
+def _faces_towards(actor: Actor, eye: FloatArray) -> _Faces:
+    """Faces of a body that `truth` searches, towards ``eye`` in the world, m, ``(xyz,)``."""
+    from polychirp.channel.geometry.closest_point import closest_points
+
+    corners, place = target_corners(actor), actor.pose.to_inner(eye)
+    point, is_front = closest_points(corners, place)
+    if np.any(is_front):
+        corners, point = corners[is_front], point[is_front]
+    return _Faces(corners, point, place)
+
+
 def _nearest_visible(
-    world: "World | None", actor: Actor, eye: FloatArray, time: float
+    world: "World | None", actor: Actor, faces: _Faces, eye: FloatArray, time: float
 ) -> tuple[FloatArray, bool]:
     """Nearest visible point in world axes and True; if all are hidden, the nearest and False.
 
@@ -137,8 +160,7 @@ def _nearest_visible(
     """
     from polychirp.channel.geometry.closest_point import closest_points
 
-    corners = target_corners(actor)
-    if not len(corners):
+    if not len(faces.corners):
         points, _ = _points_of(actor, eye, time)
         if not len(points):
             raise InputError(
@@ -148,14 +170,11 @@ def _nearest_visible(
         found = _first_visible(world, points, eye)
         nearest = points[np.argmin(np.linalg.norm(points - eye, axis=-1))]
         return (nearest, False) if found is None else (found, True)
-    place = actor.pose.to_inner(eye)
-    points, is_front = closest_points(corners, place)
-    if np.any(is_front):
-        corners, points = corners[is_front], points[is_front]
-    nearest = actor.pose.to_outer(points[np.argmin(np.sum((points - place) ** 2, axis=-1))])
+    distance = np.sum((faces.point - faces.eye) ** 2, axis=-1)
+    nearest = actor.pose.to_outer(faces.point[np.argmin(distance)])
     if _first_visible(world, nearest[None], eye) is not None:
         return nearest, True
-    pieces = closest_points(_cut(corners, PIECE_SIZE), place)[0]
+    pieces = closest_points(_cut(faces.corners, PIECE_SIZE), faces.eye)[0]
     found = _first_visible(world, actor.pose.to_outer(pieces), eye)
     return (nearest, False) if found is None else (found, True)
 
@@ -235,10 +254,13 @@ def _seen(world: "World | None", parts: Sequence[Actor], eye: FloatArray, time: 
     """A target that consists of some actors, as a radar at ``eye`` sees it."""
     several = []
     for actor in parts:
-        nearest, is_visible = _nearest_visible(world, actor, eye, time)
+        faces = _faces_towards(actor, eye)
+        nearest, is_visible = _nearest_visible(world, actor, faces, eye, time)
         # a part that is all hidden counts in the visible share of the whole
         is_searched = is_visible or len(parts) > 1
-        places = _visible_places(world, actor, eye, time) if is_searched else _NO_PLACES
+        places = _NO_PLACES
+        if is_searched:
+            places = _visible_places(world, actor, faces, eye, time)
         several.append(_Seen(nearest, actor.velocity_at(nearest), is_visible, places))
     first = min(several, key=lambda one: (not one.is_visible, np.linalg.norm(one.nearest - eye)))
     if len(several) == 1:
@@ -246,7 +268,9 @@ def _seen(world: "World | None", parts: Sequence[Actor], eye: FloatArray, time: 
     return first._replace(places=_joined([one.places for one in several]))
 
 
-def _visible_places(world: "World | None", actor: Actor, eye: FloatArray, time: float) -> _Places:
+def _visible_places(
+    world: "World | None", actor: Actor, faces: _Faces, eye: FloatArray, time: float
+) -> _Places:
     """Visible places on a body.
 
     On faces, each cube of `PLACE_SPACING` has one place at most, which moves with the body.
@@ -254,25 +278,20 @@ def _visible_places(world: "World | None", actor: Actor, eye: FloatArray, time: 
     """
     from polychirp.channel.geometry.closest_point import closest_points
 
-    corners = target_corners(actor)
-    if not len(corners):
+    if not len(faces.corners):
         points, velocity = _points_of(actor, eye, time)
         seen = _are_visible(world, points, eye)
         share = float(np.mean(seen)) if seen.size else 0.0
         return _Places(points[seen], velocity[seen], share, float(seen.size))
-    place = actor.pose.to_inner(eye)
-    is_front = closest_points(corners, place)[1]
-    if np.any(is_front):
-        corners = corners[is_front]
-    pieces = _cut(corners, PLACE_SPACING)
-    inner = closest_points(pieces, place)[0]
+    pieces = _cut(faces.corners, PLACE_SPACING)
+    inner = closest_points(pieces, faces.eye)[0]
     cube = np.floor(inner / PLACE_SPACING).astype(np.int64)
     cube -= cube.min(axis=0)
     number = np.ravel_multi_index(tuple(cube.T), tuple(cube.max(axis=0) + 1))
     _, few, cube_of = np.unique(number, return_index=True, return_inverse=True)
     places = actor.pose.to_outer(inner[few])
     seen = _are_visible(world, places, eye)
-    filled = np.bincount(cube_of.ravel(), _solid_angles(pieces, place))
+    filled = np.bincount(cube_of.ravel(), _solid_angles(pieces, faces.eye))
     velocity = actor.velocity_at(places[seen])
     size = float(filled.sum())
     return _Places(places[seen], velocity, float(filled[seen].sum() / size), size)
