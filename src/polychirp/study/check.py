@@ -15,6 +15,7 @@ from polychirp.study.limits.frames import refuse_undersampled, refuse_unread
 from polychirp.study.limits.power import PointEcho, point_echoes
 from polychirp.study.limits.problems import problems
 from polychirp.study.limits.radios import (
+    excessive_powers,
     folded_beats,
     idle_elements,
     implausible_carriers,
@@ -102,7 +103,8 @@ def check(study: Study) -> Derived:
         for the guard of the receiver's mitigation, an array is ambiguous
         in its elements' beam, transmitting elements are idle, a rule of access does not keep
         radars apart, a target is out of reach, behind the radar or too fast for the receiver,
-        beats that real samples fold are not filtered out, or a carrier or a mount is implausible.
+        beats that real samples fold are not filtered out, or a carrier, a power or a mount is
+        implausible.
     """
     try:
         if study.seed >= 0:  # `problems` reports a negative seed
@@ -156,6 +158,7 @@ def _cautions(
     for number in victim_indices(study):
         yield from folded_beats(study.radars[number], radars[number])
     yield from implausible_carriers(study, schedules)
+    yield from excessive_powers(study)
     yield from implausible_mounts(study)
     yield from targets_without_echo(study)
     yield from limits_of_paper_receiver(study, schedules)

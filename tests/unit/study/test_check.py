@@ -27,6 +27,7 @@ from polychirp.receiver.selection import AutoReceiver
 from polychirp.rng import Streams
 from polychirp.study.check import check
 from polychirp.study.limits.beams import directivity
+from polychirp.study.limits.radios import excessive_powers
 from polychirp.study.limits.targets import greatest_speed, targets_out_of_reach
 from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import (
@@ -713,3 +714,13 @@ def test_a_frame_may_be_as_long_as_its_interval():
 def test_frames_longer_than_their_interval_are_refused():
     with pytest.raises(InputError, match=r"a frame of radar 'front' lasts 32 ms, and the next one"):
         check(replace(STUDY, access=HopAfterHit(frame_interval=30e-3)))
+
+
+@pytest.mark.parametrize(("level", "is_noted"), [(54.9, False), (55.1, True)])
+def test_an_eirp_above_the_limit_of_the_road_is_noted(level, is_noted):
+    """The antenna's beam has a gain of its own."""
+    power = 10 ** ((level - 30.0) / 10) / FRONT.transmit_gain / FRONT.array.pattern.peak_gain
+    study = replace(STUDY, radars=(replace(FRONT, transmit_power=power),))
+    notes = list(excessive_powers(study))
+    assert len(notes) == is_noted
+    assert all(f"'front' radiates an EIRP of {level} dBm" in note for note in notes)

@@ -9,7 +9,7 @@ meant so, gets a sentence for a warning. The modules; others may use the names b
 - `beams`: width of an array's beam, and gains that an element's beam does not allow.
 - `power`: powers of a radar, and SNRs of points by the radar equation: `point_echoes`.
 - `frames`: frames that a radar cannot sample, or its receiver cannot read: `refuse_unread`.
-- `radios`: carriers, mounts, elements and sample rates that hardly are meant.
+- `radios`: carriers, powers, mounts, elements and sample rates that hardly are meant.
 - `receivers`: ramps and arrays that suit a receiver in part only.
 - `targets`: targets without an echo, too far, behind the radar or too fast: `targets_out_of_reach`.
 - `access`: rules of access that keep nobody apart: `access_in_vain`.

@@ -1,4 +1,4 @@
-"""Carriers, mounts, elements and sample rates of radars that hardly are meant.
+"""Carriers, powers, mounts, elements and sample rates of radars that hardly are meant.
 
 Every function yields a sentence for each radar that it concerns.
 """
@@ -12,7 +12,9 @@ import numpy as np
 from polychirp.channel.base import AtFrequency
 from polychirp.model.ramp import RampSchedule
 from polychirp.study.limits.derived_radar import DerivedRadar
+from polychirp.study.limits.power import eirp
 from polychirp.study.spec import Study, StudyRadar, tracer_of
+from polychirp.units import from_db, to_db
 
 FARTHEST_MOUNT: Final = 1.0
 """Greatest distance of a radar from its vehicle, m, without a warning; chosen."""
@@ -23,6 +25,11 @@ Chosen: powers of points are then right to 0.35 dB."""
 
 CARRIERS: Final = (10e9, 300e9)
 """Least and greatest carrier, Hz, without a warning; chosen."""
+
+GREATEST_EIRP: Final = from_db(55.0 - 30.0)
+"""Greatest equivalent isotropically radiated power of an element, W, without a warning. It is the
+peak that ETSI EN 301 091-1 allows radars on the road from 76 to 77 GHz, and EN 302 264 from 77 to
+81 GHz."""
 
 
 def implausible_carriers(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
@@ -43,6 +50,18 @@ def implausible_carriers(study: Study, schedules: Sequence[RampSchedule]) -> Ite
                 f"'{radar.name}' transmits at {1e-9 * carrier:.3g} GHz, and powers are those at "
                 f"{1e-9 * traced:.3g} GHz: echoes of points are wrong by {level:+.1f} dB; set "
                 "tracer.frequency to the carrier of the radars that matter"
+            )
+
+
+def excessive_powers(study: Study) -> Iterator[str]:
+    """Radars that radiate more than radars on the road may."""
+    for radar in study.radars:
+        radiated = eirp(radar)
+        if radiated > GREATEST_EIRP * (1 + 1e-9):
+            yield (
+                f"'{radar.name}' radiates an EIRP of {float(to_db(radiated)) + 30.0:.1f} dBm, and "
+                "radars on the road may radiate 55 dBm; check the unit of its transmit_power, and "
+                "its gains"
             )
 
 
