@@ -247,6 +247,28 @@ def test_paths_move_as_traced_again(compare):
     )
 
 
+def test_a_wave_over_the_far_corner_alone_leaves_towards_that_corner():
+    """A box that is turned by 0.3 rad, whose far left corner hides the ball, and the near one not.
+
+    Rates are those of the delays 20 µs later. A departure towards the near corner, 55 mrad beside,
+    makes them wrong by 0.67 m/s.
+    """
+    ball, later = ball_at((20.5, 1.3, 0.2)), 20e-6
+
+    def traced(time):
+        pose = Pose(x=8.5, y=-6.0 * time, z=-0.1, yaw=0.3)
+        mesh = mesh_of(box((2.0, 1.2, 1.2), 0.25))
+        car = Actor(name="car", kind="vehicle", mesh=mesh, pose=pose, velocity=(0.0, -6.0, 0.0))
+        return echoes(around([car, ball], [(0, 0, 0)]), bent_only=True)
+
+    now, then = traced(0.0), traced(later)
+    best = np.argmax(strength(now, around([], [(0, 0, 0)])))
+    edge = now.bounce_point[now.bounce_start[best]]
+    np.testing.assert_allclose(now.departure[best], edge / np.linalg.norm(edge), atol=1e-3)
+    rate = (then.delay[best] - now.delay[best]) / later
+    assert SPEED_OF_LIGHT * abs(now.delay_rate[best] - rate) < 0.02
+
+
 def test_a_bent_echo_meets_edge_ball_and_edge():
     """It is an echo of the ball and no multipath, since an edge only bends the wave."""
     paths = echoes(around([WALL, ball_at((20.0, 0.0, -0.3))], [(0, 0, 0)]))

@@ -146,21 +146,18 @@ class BentView(View):
         """
         e = self.edge
         onwards, outwards = self.edges.onwards[e], self.edges.outwards[e]
-        along, corner = self.edges.along[e], self.edges.corner[e]
+        along = self.edges.along[e]
         x, y, sine = direction @ onwards, direction @ outwards, direction @ along
         cosine = np.maximum(np.hypot(x, y), 1e-9)
-        # the path meets the second corner if it falls more steeply than from the first to it
-        step = corner[1] - corner[0]
-        is_both = step[0] * y < step[1] * x
-        start, middle = float(np.hypot(*corner[0])), float(np.hypot(*step))
-        across = start + np.where(is_both, middle, 0.0)
-        last = np.where(is_both[:, None], corner[1], corner[0])
+        first, last = self._corners_met(direction)
+        start, middle = (np.hypot(*step.T) for step in (first, last - first))
+        across = start + middle
         place = (
             self.source
             + last @ np.stack([onwards, outwards])
             + (across * sine / cosine)[:, None] * along
         )
-        leaving = (corner[0] / start) @ np.stack([onwards, outwards])
+        leaving = (first / start[:, None]) @ np.stack([onwards, outwards])
         departure = cosine[:, None] * leaving + sine[:, None] * along
         world = self.world
         own, swerve = (
@@ -175,7 +172,7 @@ class BentView(View):
         side = np.sum((world.velocity_at(self.body, world.centre[self.body]) - own) * along)
         side /= self.least_length
         drift = (moving - own) - along * np.sum((moving - own) * along, axis=-1, keepdims=True)
-        turn = turning(departure, np.full(len(departure), start), drift + side * start * along)
+        turn = turning(departure, start, drift + side * start[:, None] * along)
         return Unfolded(
             image=place - (across / cosine)[:, None] * direction,
             velocity=moving - rate[:, None] * direction,
@@ -184,6 +181,21 @@ class BentView(View):
             departure_rate=turn,
             bend=place,
         )
+
+    def _corners_met(self, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """First and last corner, m ``(path, 2)``, that waves along ``direction`` meet.
+
+        They are those of the wave at a patch that has the nearest direction: a direction alone does
+        not tell over which corner its path goes.
+        """
+        e = self.edge
+        corner = self.edges.corner[e]
+        some = np.flatnonzero(self.at_patches.field[e])
+        near = np.argmax(direction @ self.at_patches.direction[e, some].T, axis=-1)
+        depth = self.at_patches.bend[e, some[near]] @ self.edges.onwards[e]
+        is_far = depth > 0.5 * np.sum(corner[:, 0])
+        first, last = np.moveaxis(np.where(is_far[..., None], corner[1], corner[0]), 1, 0)
+        return first, last
 
 
 def bent_views(world: World, view: View, blockers: Sequence[int]) -> list[BentView]:
