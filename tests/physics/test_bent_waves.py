@@ -7,6 +7,8 @@ from scipy.special import fresnel
 from polychirp.channel.base import all_pairs, gather, strength
 from polychirp.channel.bent_echoes.edge_waves import Edges, edge_waves
 from polychirp.channel.bent_echoes.paths import bent_echoes
+from polychirp.channel.materials.fresnel import sheet
+from polychirp.channel.materials.library import known_materials
 from polychirp.channel.physical_optics.paths import facet_echoes, mirrored_echoes
 from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
@@ -208,6 +210,20 @@ def test_a_ball_comes_out_from_behind_a_long_box(compare, y):
         tolerance=0.5,
         source="Kirchhoff's integral over both apertures, by sums",
     )
+
+
+@pytest.mark.parametrize("depth", [5.0, 15.0])
+@pytest.mark.parametrize("height", [0.05, 0.0, -0.3])
+def test_a_pane_before_the_edge_weakens_the_echo_as_one_behind_it(depth, height):
+    """The echo, straight and bent, crosses 4 mm of glass twice, nearly straight on."""
+    ball = ball_at((20.0, 0.0, height))
+    mesh = mesh_of(plate(6.0, 0.5), "glass")
+    pane = Actor(name="pane", kind="tree", mesh=mesh, pose=Pose(x=depth))
+    behind = around([WALL, ball, pane], [(0, 0, 0)])
+    found = relative(behind, around([WALL, ball], [(0, 0, 0)]))
+    glass = known_materials()["glass"]
+    _, _, once, _ = sheet(glass.permittivity(FREQUENCY), glass.thickness, 1.0, FREQUENCY)
+    assert to_db(abs(found) ** 2) == pytest.approx(to_db(abs(once) ** 4), abs=0.05)
 
 
 def test_there_and_back_are_transposed():

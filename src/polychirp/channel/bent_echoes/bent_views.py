@@ -388,7 +388,10 @@ def _obstacles(world: World, starts: FloatArray, ends: FloatArray) -> tuple[IntA
 
 
 def _losses(world: World, body: int, views: Sequence[BentView], lit: LitFacets) -> Losses:
-    """Losses in sheets between the edges and the patches, as `view_losses` gives them."""
+    """Losses in sheets before the edges and behind them, as `view_losses` gives them.
+
+    An edge bends a wave by a few degrees, so that its polarisations keep their names there.
+    """
     surface = world.surfaces[body]
     number = np.zeros((len(views), len(surface.patch_face)), dtype=np.int64)
     matrices = [identities(1)]
@@ -398,9 +401,13 @@ def _losses(world: World, body: int, views: Sequence[BentView], lit: LitFacets) 
         patch = np.unique(surface.patch[face])
         place = view.source + view.patches.place[patch]
         lift = EDGE_CLEARANCE * view.edges.outwards[view.edge]
-        bend = view.source + view.at_patches.bend[view.edge, patch, 1] + lift
+        bend = view.source + view.at_patches.bend[view.edge, patch] + lift
+        before, behind = (
+            transmission_matrices(world, *leg, but_body=view.blocker)
+            for leg in ((view.source, bend[:, 0]), (bend[:, 1], place))
+        )
         matrix = identities(len(patch))
-        matrix[:, 0] = transmission_matrices(world, bend, place, but_body=view.blocker)
+        matrix[:, 0] = behind @ before
         matrices.append(matrix)
         number[index, patch] = count + np.arange(len(patch))
         count += len(patch)
