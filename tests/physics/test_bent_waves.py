@@ -111,6 +111,22 @@ def test_at_the_edge_of_the_shadow_the_echo_is_a_sixteenth_and_one_way_a_quarter
         )
 
 
+@pytest.mark.parametrize("aside", [0.0, 0.5, 2.0])
+@pytest.mark.parametrize("height", [-0.1, -0.3])
+def test_the_edge_of_large_facets_is_where_the_rays_cross_it(aside, height):
+    """From radars beside the axis, the law is that of the same edge, 10 m away across it.
+
+    The screen's facets are 2.5 m wide. From their corners alone it would be several metres deep,
+    since it is not quite across the line of sight, and the echo wrong by 7 to 23 dB.
+    """
+    ball, place = ball_at((20.0, 0.0, height)), (0.0, aside, 0.0)
+    found = relative(around([WALL, ball], [place]), around([ball], [place]))
+    over, straight = 10.0 + np.hypot(10.0, height), np.hypot(20.0, height)
+    detour = np.hypot(over, aside) - np.hypot(straight, aside)
+    expected = knife_edge(2 * np.sqrt(detour / WAVELENGTH))
+    assert to_db(abs(found) ** 2) == pytest.approx(to_db(abs(expected) ** 4), abs=0.3)
+
+
 def test_the_echo_fades_without_jumps():
     """In steps of 5 mm, through the edge of the shadow: at most twice what the law changes by."""
     heights = np.arange(0.1, -0.1, -0.005)

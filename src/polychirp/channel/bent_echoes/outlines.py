@@ -46,8 +46,8 @@ in 26 directions. Chosen: at half of it there are three times as many points."""
 
 @lru_cache(maxsize=64)
 def _points(surface: Surface) -> FloatArray:
-    """Corners of a surface's facets that may be on its outline, m in its own frame."""
-    corners = (surface.centroid[:, None] + surface.corner).reshape(-1, 3)
+    """Points of the sides of a surface's facets that may be on its outline, m in its own frame."""
+    corners = _along_sides(surface.centroid[:, None] + surface.corner)
     corners = corners[_first_of_each(corners, GRID)[1]]
     block, first = _first_of_each(corners, BLOCK_SIZE)
     kept = [np.zeros(0, dtype=np.int64)]
@@ -55,6 +55,24 @@ def _points(surface: Surface) -> FloatArray:
         order = np.lexsort([corners @ direction, block])
         kept.append(order[np.cumsum(np.bincount(block, minlength=len(first))) - 1])
     return np.asarray(corners[np.unique(np.concatenate(kept))])
+
+
+def _along_sides(corner: FloatArray) -> FloatArray:
+    """Points of triangles' sides, m ``(point, xyz)``: corners, and more of them on long sides.
+
+    A band about the rays may pass between the corners of large facets. Points are as near to each
+    other as the band is wide to either side.
+
+    >>> triangle = np.array([[[0.0, 0.0, 0.0], [0.15, 0.0, 0.0], [0.0, 0.05, 0.0]]])
+    >>> _along_sides(triangle)[:, 0].round(3).tolist()
+    [0.0, 0.075, 0.15, 0.075, 0.0]
+    """
+    way = (np.roll(corner, -1, axis=1) - corner).reshape(-1, 3)
+    parts = np.maximum(np.ceil(np.linalg.norm(way, axis=-1) / BAND_MARGIN), 1).astype(np.int64)
+    side = np.repeat(np.arange(len(parts)), parts)
+    number = np.arange(len(side)) - np.repeat(np.cumsum(parts) - parts, parts)
+    share = number / parts[side]
+    return np.asarray(corner.reshape(-1, 3)[side] + share[:, None] * way[side])
 
 
 def _first_of_each(points: FloatArray, side: float) -> tuple[IntArray, IntArray]:
