@@ -36,7 +36,7 @@ from polychirp.study.monte_carlo.records import (
 from polychirp.study.monte_carlo.results import Results, load_results
 from polychirp.study.monte_carlo.run import LOG, MOST_FAILURES, STORE, made_with, run_plan
 from polychirp.study.monte_carlo.stopping import TRIALS_PER_DECISION, Stopping
-from polychirp.study.monte_carlo.summary import differences, summaries
+from polychirp.study.monte_carlo.summary import differences, losses, summaries
 from polychirp.study.monte_carlo.tasks import Outcome, Task
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
@@ -668,6 +668,18 @@ def test_an_address_that_is_none_of_dasks_is_one_sentence(place):
     pytest.importorskip("distributed")
     with pytest.raises(InputError, match=r"--cluster: there is no .* like tcp://10\.0\.0\.1:8786"):
         DaskWorkers(cluster=place, count=1)
+
+
+def test_a_rule_of_fewer_frames_than_that_of_another_point_has_its_losses():
+    """Arrays have as many frames as the longest rule; NaN stands beyond those of the others."""
+    lost = np.array([[[1.0, 1.0, 0.0]], [[0.0, 1.0, 0.0]]])
+    beyond = np.full((2, 1, 2), np.nan)
+    assert losses(np.concatenate([lost, beyond], axis=2)) == losses(lost)
+    assert losses(lost)["lost"].value == 0.5
+    not_run = np.full((1, 1, 5), np.nan)
+    assert losses(np.concatenate([np.concatenate([lost, beyond], axis=2), not_run])) == losses(lost)
+    for none in (not_run, lost[:, :, :0]):
+        assert all(np.isnan(one.value) for one in losses(none).values())
 
 
 def test_levels_are_medians_over_visible_targets_found_or_not(plan, tmp_path):

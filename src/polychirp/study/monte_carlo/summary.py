@@ -216,9 +216,10 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
 def losses(lost: FloatArray) -> dict[str, Estimate]:
     """Estimates of `Summary` from frames that are lost (1) or not (0), ``(trial, victim, frame)``.
 
-    A trial counts as one draw, whatever the number of its victims. Trials with NaN, which were not
-    run or whose rule has no frames, are left out.
+    A trial counts as one draw, whatever the number of its victims. Frames that no trial has, since
+    the rule of another point has more, and trials with NaN, which were not run, are left out.
     """
+    lost = lost[:, :, ~np.all(np.isnan(lost), axis=(0, 1))]
     is_known = ~np.any(np.isnan(lost), axis=(1, 2)) if lost.size else np.zeros(len(lost), bool)
     lost = lost[is_known]
 
