@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from polychirp.cli.stored import STUDY, stored_results
+from polychirp.cli.stored import OF_RUNS, OF_STUDIES, STUDY, stored_results
 from polychirp.cli.terminal import figure_text, say, usable_folder
 from polychirp.errors import InputError
 
@@ -18,17 +18,7 @@ KEPT_FILES: Final = "figures that were drawn stay in the folder"
 """Part of the message that `cli.app` prints after an interrupt."""
 
 SPECTROGRAM: Final = "spectrogram"
-
-OF_RUNS: Final = (
-    "range-profile",
-    "range-rate",
-    "range-azimuth",
-    SPECTROGRAM,
-    "ramps",
-    "detections",
-)
-OF_STUDIES: Final = ("curves", "differences")
-"""Figures of a run and of a study."""
+"""Figure of a run that shows one channel."""
 
 FILES: Final = ("png", "svg", "pdf")
 """Formats of the figures."""

@@ -38,6 +38,9 @@ TRIALS: Final = 100
 _MOST_SNRS: Final = 1000
 """Greatest number of SNRs, as in `study.roc.plan`."""
 
+_FILES: Final = ("roc.png", "roc.csv", "false_alarms.csv", "provenance.json")
+"""Names of the files that `_write` writes."""
+
 KEPT_FILES: Final = KEPT_TRIALS
 """Part of the message that `cli.app` prints after an interrupt."""
 
@@ -98,7 +101,7 @@ def add_parser(subparsers: Any) -> None:
         "--out", metavar="DIR", help="folder of the results (default: out/NAME-HASH-roc)"
     )
     parser.add_argument(
-        "--force", action="store_true", help="remove the frames in that folder first"
+        "--force", action="store_true", help="remove the frames and results in that folder first"
     )
     add_workers(parser)
 
@@ -140,13 +143,14 @@ def run(arguments: argparse.Namespace) -> int:
             executor=LocalWorkers(count=count),
             progress=progress,
             anew=arguments.force,
+            results=[folder / name for name in _FILES],
         )
-    files = _write(plan, result.summary, folder)
+    _write(plan, result.summary, folder)
     if arguments.json:
         print(json.dumps(_without_nan(_record(plan, folder, result)), indent=2, allow_nan=False))
     else:
         _print(plan, result.summary)
-        say(f"{result.num_new} new frames; stored in {folder}: {', '.join((*files, LOG))}")
+        say(f"{result.num_new} new frames; stored in {folder}: {', '.join((*_FILES, LOG))}")
     return 0
 
 
@@ -200,8 +204,8 @@ def _strong(
     return si_value(arguments, "strong", "dB"), (distances[0], distances[1])
 
 
-def _write(plan: RocPlan, summary: RocSummary, folder: Path) -> tuple[str, ...]:
-    """Write the figure, the tables and the provenance; gives the names of the files."""
+def _write(plan: RocPlan, summary: RocSummary, folder: Path) -> None:
+    """Write the figure, the tables and the provenance: the files `_FILES`."""
     from polychirp.report.figures.drawing import csv_of
     from polychirp.report.figures.roc import noise_data, roc_picture
 
@@ -214,7 +218,6 @@ def _write(plan: RocPlan, summary: RocSummary, folder: Path) -> tuple[str, ...]:
     (folder / "false_alarms.csv").write_text(csv_of(noise_data(summary)), encoding="utf-8")
     origin = {**asdict(plan.origin), "measurement": plan.key}
     (folder / "provenance.json").write_text(json.dumps(origin, indent=2), encoding="utf-8")
-    return "roc.png", "roc.csv", "false_alarms.csv", "provenance.json"
 
 
 def _situation(plan: RocPlan) -> str:

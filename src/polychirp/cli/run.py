@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides, next_command
 from polychirp.cli.progress import progress_bar
+from polychirp.cli.stored import RUN, drawn_files
 from polychirp.cli.terminal import command_name, decibels, figure_text, say, tables, usable_folder
 from polychirp.cli.trials import WHY_UNRESOLVED, margins_text
 from polychirp.errors import InputError
@@ -41,7 +42,9 @@ def add_parser(subparsers: Any) -> None:
         "--out", metavar="DIR", help="folder of the results (default: out/NAME-HASH)"
     )
     parser.add_argument(
-        "--force", action="store_true", help="replace the results of another study in that folder"
+        "--force",
+        action="store_true",
+        help="replace the results of another study in that folder, and remove their figures",
     )
     parser.add_argument(
         "--maps",
@@ -54,6 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Check the study, run it, store the results and print them."""
     from polychirp.config.load import MONTE_CARLO, load_study, read_toml
     from polychirp.study.check import check
+    from polychirp.study.folders import remove_results
     from polychirp.study.margins import gates_of
     from polychirp.study.provenance import provenance
     from polychirp.study.store.save import save_run
@@ -62,13 +66,21 @@ def run(arguments: argparse.Namespace) -> int:
     check(study)
     origin = provenance(study)
     folder = arguments.out or Path("out") / f"{study.name}-{origin.study_hash[:8]}"
-    path = usable_folder(folder) / "run.zarr"
-    _refuse_other_results(path, study_hash=origin.study_hash, force=arguments.force)
+    path = usable_folder(folder) / RUN
+    replaces_other = _holds_other_results(path, study_hash=origin.study_hash)
+    if replaces_other and not arguments.force:
+        raise InputError(
+            f"'{path.parent}' holds the results of another study; choose another folder with "
+            "--out, or replace them with --force"
+        )
     # this import loads the kernels, which takes time, and so follows all refusals
     from polychirp.study.trial import run_trial
 
     with progress_bar(study.name) as progress:
         trial = run_trial(study, progress=progress)
+    if replaces_other:
+        for drawn in drawn_files(path.parent, RUN):
+            remove_results(drawn)
     save_run(path, trial, provenance=origin)
     if arguments.maps:
         _draw_maps(study, trial, path.parent)
@@ -102,15 +114,11 @@ def _draw_maps(study: Study, trial: Trial, folder: Path) -> None:
         say(f"drew {folder / name}.png")
 
 
-def _refuse_other_results(path: Path, *, study_hash: str, force: bool) -> None:
-    """Refuse, before the run, to replace another study's results unless ``force`` is true."""
+def _holds_other_results(path: Path, *, study_hash: str) -> bool:
+    """True if there are results of another study at ``path``."""
     from polychirp.study.store.load import stored_hash
 
-    if path.exists() and stored_hash(path) != study_hash and not force:
-        raise InputError(
-            f"'{path.parent}' holds the results of another study; choose another folder with "
-            "--out, or replace them with --force"
-        )
+    return path.exists() and stored_hash(path) != study_hash
 
 
 def _summary(study: Study, path: Path, trial: Trial) -> dict[str, Any]:

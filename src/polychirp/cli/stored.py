@@ -1,5 +1,7 @@
 """Stored runs and studies, by the names that users give them on the command line."""
 
+import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
@@ -10,6 +12,35 @@ RUN: Final = "run.zarr"
 
 STUDY: Final = "results.zarr"
 """Folder into which ``polychirp study`` stores its results."""
+
+OF_RUNS: Final = (
+    "range-profile",
+    "range-rate",
+    "range-azimuth",
+    "spectrogram",
+    "ramps",
+    "detections",
+)
+OF_STUDIES: Final = ("curves", "differences")
+"""Figures of a run and of a study."""
+
+_DRAWN: Final = {
+    RUN: rf"(({'|'.join(OF_RUNS)})(-\d+)?|maps-.+)\.(png|svg|pdf|csv)",
+    STUDY: rf"({'|'.join(OF_STUDIES)})-.+\.(png|svg|pdf|csv)",
+}
+"""Names of the files of figures, as regular expressions."""
+
+
+def drawn_files(folder: Path, kind: str) -> Iterator[Path]:
+    """The page and the figures of the results ``kind`` in a folder, and of those in ``figures``.
+
+    ``kind`` is `RUN` or `STUDY`. The commands ``plot`` and ``report``, and ``run`` with ``--maps``,
+    write them there unless another folder is named.
+    """
+    yield folder / "report.html"
+    for inner in (folder, folder / "figures"):
+        files = sorted(inner.iterdir()) if inner.is_dir() else []
+        yield from (path for path in files if re.fullmatch(_DRAWN[kind], path.name))
 
 
 def stored_results(name: str, *, folders: tuple[str, ...] = (RUN, STUDY)) -> Path:

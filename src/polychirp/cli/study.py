@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides
 from polychirp.cli.progress import progress_bar
+from polychirp.cli.stored import STUDY, drawn_files
 from polychirp.cli.terminal import command_name, decibels, say, tables, usable_folder
 from polychirp.cli.trials import (
     KEPT_TRIALS,
@@ -84,6 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
             executor=executor,
             progress=progress,
             anew=arguments.force,
+            drawn=drawn_files(folder, STUDY),
         )
     if arguments.json:
         print(json.dumps(_summary(name, plan, folder, finished), indent=2))

@@ -77,6 +77,19 @@ def test_the_same_command_computes_nothing_twice(chirps, here, tmp_path, capsys)
     assert "7 new frames" in capsys.readouterr().err
 
 
+def test_frames_anew_that_are_stopped_leave_no_earlier_figure(chirps, here, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    command = ["roc", chirps, *SMALL, "--out", str(out)]
+    assert main(command) == 0
+
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(LocalWorkers, "compute", stopped)
+    assert main([*command, "--force"]) != 0
+    assert [path.name for path in out.iterdir()] == ["frames.log"]
+
+
 def test_json_has_all_estimates_in_si(chirps, here, tmp_path, capsys):
     options = ["--strong", "20 dB", "--apart-range", "5 m", "--interferer", "other", "--json"]
     assert main(["roc", chirps, *SMALL, *options, "--out", str(tmp_path / "out")]) == 0

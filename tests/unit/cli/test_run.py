@@ -262,6 +262,29 @@ def test_another_studys_results_are_not_replaced_by_accident(trial, capsys):
     assert main(quick("--out", "here", "--seed", "2", "--force")) == 0
 
 
+def test_figures_of_a_run_that_is_replaced_are_removed(trial):
+    """Beside the new results they would show the old ones."""
+    assert main(quick("--out", "here")) == 0
+    old, own = Path("here/range-profile.png"), Path("here/notes.csv")
+    for path in (old, own):
+        path.touch()
+    assert main(quick("--out", "here", "--force")) == 0
+    assert old.exists()  # the study is the same
+    assert main(quick("--out", "here", "--seed", "2", "--force")) == 0
+    assert (old.exists(), own.exists()) == (False, True)
+
+
+def test_figures_stay_if_the_run_that_would_replace_theirs_fails(trial):
+    def failing(study, *, progress):
+        raise RunError("the disk is full; make room")
+
+    assert main(quick("--out", "here")) == 0
+    Path("here/report.html").touch()
+    trial.run_trial = failing
+    assert main(quick("--out", "here", "--seed", "2", "--force")) == 4
+    assert Path("here/report.html").exists()
+
+
 def test_a_file_in_place_of_the_folder_is_refused_before_the_run(trial, capsys):
     Path("file").write_text("", encoding="utf-8")
     assert main(quick("--out", "file/results")) == 2

@@ -2,7 +2,8 @@
 
 import pytest
 
-from polychirp.cli.stored import RUN, STUDY, stored_results
+from polychirp.cli.plot import FILES
+from polychirp.cli.stored import RUN, STUDY, drawn_files, stored_results
 from polychirp.errors import InputError
 
 
@@ -30,3 +31,22 @@ def test_a_study_is_no_run(both):
 def test_the_message_names_both_kinds(both):
     with pytest.raises(InputError, match=r"no run and no study in .* 'run' or 'study' stored its"):
         stored_results(str(both / "nothing"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [(RUN, ("detections", "range-rate-1", "maps-front")), (STUDY, ("curves-rcs", "differences-a"))],
+)
+def test_figures_and_pages_are_told_from_results_and_from_files_of_others(tmp_path, kind, names):
+    drawn = {tmp_path / "report.html"}
+    drawn |= {
+        folder / f"{name}.{end}"
+        for folder in (tmp_path, tmp_path / "figures")
+        for name in names
+        for end in (*FILES, "csv")
+    }
+    results = ("differences.csv", "summary.csv", "run.mat", "my-detections.csv", "ramps.txt")
+    (tmp_path / "figures").mkdir()
+    for path in (*drawn, *(tmp_path / name for name in results)):
+        path.touch()
+    assert set(drawn_files(tmp_path, kind)) == drawn

@@ -51,6 +51,18 @@ def test_the_summary_for_machines_is_all_of_stdout(file, capsys):
     assert len(summary["points"]) == 4
 
 
+def test_force_removes_figures_of_the_earlier_trials(file, tmp_path):
+    """A grid without their axis would not replace them."""
+    command = ["study", str(file), "--out", "here"]
+    assert main(command) == 0
+    old = Path("here/curves-other.png")
+    old.touch()
+    assert main(command) == 0
+    assert old.exists()
+    assert main([*command, "--force"]) == 0
+    assert not old.exists()
+
+
 def test_a_run_in_the_default_folder_is_not_in_the_way(file):
     """Both take their folder from the name and hash of the study."""
     other = file.parent / "out"

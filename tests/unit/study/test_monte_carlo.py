@@ -152,8 +152,10 @@ def test_a_run_anew_that_is_stopped_leaves_no_earlier_results(plan, tmp_path):
     """They would be taken for those of the study that was stopped."""
     finish(plan, tmp_path, MadeUp())
     assert {STORE, *tables.FILES} >= {path.name for path in tmp_path.iterdir()} - {LOG}
+    page = tmp_path / "report.html"
+    page.write_text("the earlier study", encoding="utf-8")
     with pytest.raises(KeyboardInterrupt):
-        run_plan(plan, folder=tmp_path, executor=MadeUp(dies_after=3), anew=True)
+        run_plan(plan, folder=tmp_path, executor=MadeUp(dies_after=3), anew=True, drawn=[page])
     assert [path.name for path in tmp_path.iterdir()] == [LOG]
     assert len(list(read_records(tmp_path / LOG))) == 3
 

@@ -1,7 +1,7 @@
 """Run the trials of a plan that have no record yet, and store the results of all its trials."""
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,6 +54,7 @@ def run_plan(
     executor: Executor,
     progress: Progress = no_progress,
     anew: bool = False,
+    drawn: Iterable[Path] = (),
 ) -> Finished:
     """Run the trials of which ``folder`` has no record; store results and tables of all trials.
 
@@ -66,7 +67,8 @@ def run_plan(
 
     Parameters
     ----------
-    anew : True to remove the trials and results that ``folder`` has, before the run
+    anew : True to remove the trials and results that ``folder`` has, and ``drawn``, before the run
+    drawn : files that were made from the results
 
     Raises
     ------
@@ -79,7 +81,7 @@ def run_plan(
     stopping = Stopping(
         num_points=len(plan.points), trials=plan.trials, half_width=plan.stop_half_width
     )
-    results_of_log = [folder / name for name in (STORE, *FILES)]
+    results_of_log = [*(folder / name for name in (STORE, *FILES)), *drawn]
     with trial_log(
         log_path, made_with=made_with(plan.origin), anew=anew, results=results_of_log
     ) as log:

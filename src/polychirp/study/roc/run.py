@@ -1,7 +1,7 @@
 """Run the frames of a plan that have no record yet, and summarise those of all its frames."""
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -47,6 +47,7 @@ def run_roc(
     executor: LocalWorkers,
     progress: Progress = no_progress,
     anew: bool = False,
+    results: Iterable[Path] = (),
 ) -> RocResult:
     """Compute the frames of which ``folder`` has no record; summarise the records of all frames.
 
@@ -58,7 +59,8 @@ def run_roc(
 
     Parameters
     ----------
-    anew : True to remove the records that ``folder`` has, before the run
+    anew : True to remove the records that ``folder`` has, and before them ``results``
+    results : files that were made from the records
 
     Raises
     ------
@@ -68,7 +70,7 @@ def run_roc(
         The folder cannot be written, or a frame failed.
     """
     path = folder / LOG
-    with trial_log(path, made_with=_made_with(plan), anew=anew) as log:
+    with trial_log(path, made_with=_made_with(plan), anew=anew, results=results) as log:
         known = {(record.case, record.trial) for record in _records(path)}
         missing = [task for task in _tasks(plan) if _key(plan, task) not in known]
         _compute(plan, missing, log, executor, progress)
