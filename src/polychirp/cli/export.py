@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NoReturn
 
 from polychirp.cli.stored import RUN, stored_results
 from polychirp.cli.terminal import say, usable_folder
+from polychirp.errors import PolychirpError
 
 
 def add_parser(subparsers: Any) -> None:
@@ -28,18 +30,41 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Read the run, write every format, and print what was written."""
-    from polychirp.exchange.formats import writer_of
+    """Read the run, write every format that can be written, and print what was written."""
+    from polychirp.exchange.formats import refuse_unknown, writer_of
     from polychirp.study.store.load import load_run
 
-    writers = [writer_of(name) for name in dict.fromkeys(arguments.to)]
+    formats = tuple(dict.fromkeys(arguments.to))
+    for name in formats:
+        refuse_unknown(name)
     path = stored_results(arguments.run, folders=(RUN,))
     folder = usable_folder(arguments.out or path.parent)
     found = load_run(path)
     folder.mkdir(parents=True, exist_ok=True)
-    for writer in writers:
-        for written in writer(found, folder):
-            print(written)
+    refusals: dict[str, PolychirpError] = {}
+    for name in formats:
+        try:
+            for written in writer_of(name)(found, folder):
+                print(written)
+        except PolychirpError as error:
+            refusals[name] = error
     for number, victim in enumerate(found.victims):
         say(f"victim-{number} is the radar '{victim.name}'")
+    if refusals:
+        _raise(refusals, num_formats=len(formats))
     return 0
+
+
+def _raise(refusals: Mapping[str, PolychirpError], *, num_formats: int) -> NoReturn:
+    """Raise the refusal of the only format that was asked for, or one that tells all refusals."""
+    first = next(iter(refusals.values()))
+    if num_formats == 1:
+        raise first
+    raise type(first)(
+        "\n  ".join(
+            [
+                f"formats that were not written: {len(refusals)} of {num_formats}",
+                *(f"{name}: {error}" for name, error in refusals.items()),
+            ]
+        )
+    )

@@ -57,6 +57,12 @@ FORMATS: Final[Mapping[str, Format]] = {
 """Every format by its name."""
 
 
+def refuse_unknown(name: str) -> None:
+    """Raise `InputError` if there is no format of this name."""
+    if name not in FORMATS:
+        raise InputError(no_such("format", name, FORMATS))
+
+
 def writer_of(name: str) -> Callable[[StoredRun, Path], list[Path]]:
     """The function that writes a format into a folder and returns the paths of what it wrote.
 
@@ -74,8 +80,7 @@ def writer_of(name: str) -> Callable[[StoredRun, Path], list[Path]]:
     >>> writer_of("csv").__name__
     'write_csv'
     """
-    if name not in FORMATS:
-        raise InputError(no_such("format", name, FORMATS))
+    refuse_unknown(name)
     chosen = FORMATS[name]
     missing = [package for package in chosen.packages if find_spec(package) is None]
     if missing:

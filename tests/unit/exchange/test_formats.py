@@ -380,6 +380,24 @@ def test_the_command_exports_a_run_beside_it_or_elsewhere(run, tmp_path, capsys)
     assert "there is no run in" in capsys.readouterr().err
 
 
+def test_one_format_that_is_refused_keeps_no_other_from_being_written(
+    run, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("polychirp.exchange.matlab.LARGEST_VARIABLE", 1)
+    monkeypatch.setattr(formats, "find_spec", lambda name: None if name == "h5py" else 1)
+    wanted = [word for name in ("mat", "hdf5", "csv", "sigmf") for word in ("--to", name)]
+    assert main(["export", str(tmp_path), *wanted]) == CapabilityError.exit_code
+    shown = capsys.readouterr()
+    assert str(tmp_path / "victim-0" / "detections.csv") in shown.out.splitlines()
+    assert "sigmf-meta" in shown.out
+    told = " ".join(shown.err.split())
+    assert "formats that were not written: 2 of 4 mat: the victims of this run need" in told
+    assert "hdf5: the format 'hdf5' needs the package 'h5py'" in told
+    assert not (tmp_path / "run.mat").exists()
+    assert main(["export", str(tmp_path), "--to", "csv", "--to", "matlb"]) == 2
+    assert "polychirp: there is no format 'matlb'" in capsys.readouterr().err
+
+
 def _table(path: Path) -> dict[str, list[str]]:
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))
