@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 
 from polychirp.exchange.columns import tables_of
+from polychirp.study.csv_cells import safe_cell
 from polychirp.study.store.load import StoredRun
 
 
 def write_csv(run: StoredRun, folder: Path) -> list[Path]:
     """Write ``victim-0/detections.csv`` and so on, and return their paths.
 
-    Numbers are in SI and have all their digits. Samples are not written: they would be large.
+    Numbers are in SI and have all their digits. A name that a spreadsheet takes for a formula gets
+    an apostrophe before it. Samples are not written: they would be large.
     """
     written = []
     for number, victim in enumerate(run.victims):
@@ -33,4 +35,4 @@ def write_csv(run: StoredRun, folder: Path) -> list[Path]:
 
 
 def _cell(value: Any) -> str:
-    return str(int(value)) if isinstance(value, bool) else str(value)
+    return str(int(value)) if isinstance(value, bool) else str(safe_cell(value))

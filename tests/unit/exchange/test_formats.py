@@ -398,6 +398,18 @@ def test_one_format_that_is_refused_keeps_no_other_from_being_written(
     assert "polychirp: there is no format 'matlb'" in capsys.readouterr().err
 
 
+def test_a_name_is_never_a_formula_and_a_number_stays_one(run, tmp_path):
+    front = run.victims[0]
+    bodies = replace(front.placement, name=("=1+1", *front.placement.name[1:]))
+    closing = replace(front.truth, range_rate=[-1.5, -2.5])
+    odd = replace(run, victims=(replace(front, placement=bodies, truth=closing),))
+    writer_of("csv")(odd, tmp_path)
+    found = _table(tmp_path / "victim-0" / "bodies.csv")
+    assert found["body"] == ["'=1+1", *front.placement.name[1:]]
+    targets = _table(tmp_path / "victim-0" / "targets.csv")
+    assert targets["range_rate_m_per_s"] == ["-1.5", "-2.5"]
+
+
 def _table(path: Path) -> dict[str, list[str]]:
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))
