@@ -113,8 +113,8 @@ def causes(
        indirect, whichever is stronger; a detection of noise is unexplained.
     2. An own signal whose multipath is not above `MIRROR_RATIO` times the echo, as parts or as
        powers of the paths within the margins, since an echo fades, is a **target** if it lies on
-       the target's visible metal (`association`), unless another body's echo within the margins is
-       above `HIDING_RATIO` times that of the target.
+       the target's visible metal (`association`), unless the echo of a body that is no target is
+       above `HIDING_RATIO` times that of the target within the margins.
     3. Otherwise it is of the **body** or **clutter** whose paths within the margins have the most
        power. If there is none, paths in all directions count: those of two echoes in one cell, and
        those far beside the axis, are measured with large errors.
@@ -218,7 +218,7 @@ def _has_plain_paths(echoes: Echoes, near: BoolArray) -> BoolArray:
 
 
 def _is_hidden(by_body: FloatArray, truth: Truth, echoes: Echoes) -> BoolArray:
-    """Mask of the pairs whose target another body hides, ``(target, detection)``."""
+    """Mask of the pairs whose target a body hides that is none, ``(target, detection)``."""
     is_target = np.isin(echoes.body, truth.name)
     others = by_body[~is_target].max(axis=0, initial=0.0)
     own = np.array(
