@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any, Final, TypeVar, cast
 
 from numba import njit
+from numba.core.caching import IndexDataCacheFile
 from numba.core.dispatcher import Dispatcher
 
 from polychirp.kernel_code import compile_reproducibly
@@ -36,7 +37,25 @@ IN_ANY_ORDER: Final = frozenset({"reassoc", "contract", "nsz"})
 """Freedoms of the compiler with sums: their order, fused products, and the sign of zero."""
 
 
+def _forget_missing_types() -> None:
+    """Let numba compile a kernel anew if its file in the cache names a type that is gone.
+
+    Numba reads the types of its arguments there before it looks whether the source has changed, and
+    raises an error where an earlier version of the package had a type that this one lacks.
+    """
+    load: Callable[..., Any] = IndexDataCacheFile._load_index
+
+    def load_if_known(self: Any) -> Any:
+        try:
+            return load(self)
+        except (AttributeError, ImportError):
+            return {}
+
+    IndexDataCacheFile._load_index = load_if_known  # type: ignore[method-assign]
+
+
 compile_reproducibly()
+_forget_missing_types()
 
 
 def compiled(function: F) -> F:

@@ -1,6 +1,9 @@
 """Kernels: who may call them, and their arithmetic."""
 
+import os
 import re
+import subprocess
+import sys
 from itertools import count
 
 import numba
@@ -106,3 +109,27 @@ def test_functions_of_numpy_sum_in_the_written_order(made) -> None:
     total = made(reordered, lambda x: np.cumsum(x)[-1])
     total(np.ones(3))
     assert freedoms(total) == IN_ORDER
+
+
+def test_a_type_that_is_gone_keeps_no_kernel_from_being_compiled(tmp_path):
+    """A later version has another name for the type of an argument."""
+    source = tmp_path / "versions.py"
+    text = (
+        "from typing import NamedTuple\n"
+        "from polychirp.jit import compiled\n"
+        "class Before(NamedTuple):\n    number: float\n"
+        "@compiled\ndef twice(one):\n    return 2.0 * one.number\n"
+        "print(twice(Before(3.0)))\n"
+    )
+    for name in ("Before", "Afterwards"):
+        source.write_text(text.replace("Before", name), encoding="utf-8")
+        ran = subprocess.run(
+            [sys.executable, "-c", "import versions"],
+            cwd=tmp_path,
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert ran.stdout == "6.0\n", ran.stderr
+    assert len(list((tmp_path / "cache").rglob("*.nbi"))) == 1
