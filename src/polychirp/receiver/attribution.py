@@ -33,8 +33,16 @@ from polychirp.receiver.signal_model.power_spectra import power_spectra, spectru
 from polychirp.receiver.stepped.chain import MfskReceiver, in_sequences, noise_of_sequences
 
 NOISE_BINS: Final = 129
-"""Number of bins, half a resolution cell apart, over which the noise about a beat is averaged.
-Chosen: with four channels, the noise of two ramps is then known to a quarter of a decibel."""
+"""Number of bins, half a resolution cell apart, over which the noise of a ramp about a beat is
+averaged. Chosen: with four channels, the noise of two ramps is then known to a quarter of a
+decibel."""
+
+ENOUGH_SPECTRA: Final = 8
+"""Number of spectra, of channels times ramps, from which on fewer than `NOISE_BINS` bins tell the
+noise of a cell as accurately. Chosen: four channels and two ramps."""
+
+FEWEST_NOISE_BINS: Final = 3
+"""Least number of these bins; chosen: they are narrower than the main lobe of a taper."""
 
 
 def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, PartPowers]:
@@ -137,14 +145,16 @@ def _noise_powers(
 ) -> FloatArray:
     """Expected noise power of `part_amplitudes` in cells, W ``(cell, ramp)``.
 
-    It is the mean over channels and `NOISE_BINS` bins of the spectra about the beat: in the cell
-    alone, one draw of noise would stand for its power.
+    In the cell alone, one draw of noise would stand for its power. A ramp's noise is therefore the
+    mean over channels and `NOISE_BINS` bins of the spectra about the beat, times the share of that
+    mean that the few bins about the cell have in all ramps together (`_num_noise_bins`): behind a
+    high-pass, and at the edge of the IF filter, the noise changes within `NOISE_BINS` bins.
     """
     cleaned = mitigated(receiver.mitigation, frame)
     weight, times = _tapered(receiver, cleaned.weight), frame.times
     size = spectrum_size(times)
-    power = power_spectra(cleaned.repair(noise), weight, size).mean(axis=0)
-    near = uniform_filter1d(power, min(NOISE_BINS, size), axis=1, mode="wrap")
+    spectra = power_spectra(cleaned.repair(noise), weight, size)
+    power = spectra.mean(axis=0)
     beat = beat_frequency(
         frame.schedule,
         times,
@@ -153,9 +163,27 @@ def _noise_powers(
         time=cells.time,
     )
     number = np.rint(beat / times.rate * size).astype(np.int64) % size
+    ramp = np.arange(len(power))
+
+    def about_the_beat(bins: int) -> FloatArray:
+        return uniform_filter1d(power, min(bins, size), axis=1, mode="wrap")[ramp, number]
+
+    wide = about_the_beat(NOISE_BINS)
+    near = about_the_beat(_num_noise_bins(spectra.shape[0] * spectra.shape[1]))
+    share = near.sum(axis=1) / np.maximum(wide.sum(axis=1), 1e-300)
     # a ramp that mitigation has taken out has neither noise nor echo
     scale = np.sum(weight**2, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-100) ** 2
-    return np.asarray(near[np.arange(len(near)), number] * scale)
+    return np.asarray(share[:, None] * wide * scale)
+
+
+def _num_noise_bins(num_spectra: int) -> int:
+    """Odd number of bins over which the noise of so many spectra together is averaged.
+
+    >>> [_num_noise_bins(number) for number in (1, 8, 64, 4096)]
+    [129, 129, 17, 3]
+    """
+    wanted = NOISE_BINS * ENOUGH_SPECTRA / num_spectra
+    return 2 * math.floor(0.5 * min(max(wanted, FEWEST_NOISE_BINS), NOISE_BINS)) + 1
 
 
 def target_levels(
