@@ -47,7 +47,9 @@ receiver is estimated with 1/√(1 + x²) for \|sinc x\|, or with w for a statio
 tube nearer; a hit that is hidden from the receiver brings none. The tubes of the strongest hits are
 cut, together with their eight neighbours, until the hits that remain have less than
 `UNHALVED_SHARE` of the visible power of the pair, or less than `HALVING_FLOOR` of the power of its
-strongest known path. So weak contributions to a pair come from wide tubes only.
+strongest known path. From the second level on, the quarters of a tube are followed only up to the
+number of reflections of its strong hits; the wide tube's hits after more reflections are kept. So
+weak contributions to a pair come from wide tubes only.
 
 **Sheets.** At a thin sheet a ray branches: one branch is reflected, and one goes on behind the
 sheet with its transmission; both faces of a sheet are alike. On the way to the receiver, the
