@@ -56,18 +56,19 @@ def start_narrow(monkeypatch, times):
             level.body,
             np.zeros(len(windows), dtype=np.int64),
             [np.arange(window.num_tubes) for window in windows],
+            [np.full(window.num_tubes, how[-1]) for window in windows],
         )
 
     monkeypatch.setattr(ray_tubes, "first_level", narrow)
 
 
-def halve_all(monkeypatch):
-    """Halve every tube."""
+def halve_all(monkeypatch, turns):
+    """Halve every tube, for paths of up to ``turns`` bounces."""
     monkeypatch.setattr(ray_tubes, "_hits_to_halve", lambda *_: np.zeros(0, dtype=int))
     monkeypatch.setattr(
         Level,
         "with_neighbours",
-        lambda level, _: np.repeat(level.left > 0, np.diff(level.start)),
+        lambda level, *_: np.repeat(turns * (level.left > 0), np.diff(level.start)),
     )
 
 
@@ -79,9 +80,25 @@ def test_halving_every_tube_is_the_same_as_narrow_tubes(world, monkeypatch):
     with monkeypatch.context() as patch:
         start_narrow(patch, 0)
         wide = field(world)
-    halve_all(monkeypatch)
+    halve_all(monkeypatch, 3)
     np.testing.assert_allclose(field(world), narrow, atol=1e-6 * np.abs(narrow).max())
     assert np.abs(wide - narrow).max() > 1e-2 * np.abs(narrow).max()
+
+
+@pytest.mark.usefixtures("wide")
+def test_bounces_that_narrow_tubes_are_not_followed_to_stay_those_of_wide_tubes(world, monkeypatch):
+    """Halved for two bounces: two are those of narrow tubes, the third that of wide ones."""
+    by = {}
+    for times in (0, 2):
+        with monkeypatch.context() as patch:
+            start_narrow(patch, times)
+            for most in (2, 3):
+                by[times, most] = field(world, (0, 0), max_bounces=most)
+    third = by[0, 3] - by[0, 2]
+    assert np.abs(third - by[2, 3] + by[2, 2]).max() > 1e-3 * np.abs(third).max() > 0
+    halve_all(monkeypatch, 2)
+    found = field(world, (0, 0))
+    np.testing.assert_allclose(found - by[2, 2], third, atol=1e-6 * np.abs(found).max())
 
 
 @pytest.mark.usefixtures("wide")
@@ -103,11 +120,12 @@ def test_the_less_power_is_left_to_wide_tubes_the_less_of_their_error_is_left(
 
 
 def test_four_tubes_fill_the_place_of_one(world):
-    level = first_level(world, 0, [0], Widths(0.01, 0.04, 1))
+    level = first_level(world, 0, [0], Widths(0.01, 0.04, 1), 3)
     wanted = np.array([level.windows[0].shape[1] + 1])
-    is_halved = level.with_neighbours(wanted)
-    assert np.sum(is_halved) == 9
-    finer = level.halved(is_halved)
+    halved = level.with_neighbours(wanted, np.array([2]))
+    assert np.sum(halved == 2) == 9
+    assert np.sum(halved) == 18
+    finer = level.halved(halved)
     assert len(finer.tubes[0]) == 36
     corners = [window.start - 0.5 * window.step for window in (level.windows[0], finer.windows[0])]
     np.testing.assert_allclose(*corners, atol=1e-15)
@@ -115,15 +133,16 @@ def test_four_tubes_fill_the_place_of_one(world):
     row, column = np.divmod(np.sort(finer.tubes[0]), finer.windows[0].shape[1])
     np.testing.assert_array_equal(row, np.repeat(np.arange(6), 6))
     np.testing.assert_array_equal(column, np.tile(np.arange(6), 6))
+    assert np.all(finer.max_turns[0] == 2)
 
 
 def test_tubes_of_the_narrowest_kind_are_not_halved(world):
-    level = first_level(world, 0, [0], Widths(0.01, 0.01, 1))
+    level = first_level(world, 0, [0], Widths(0.01, 0.01, 1), 3)
     assert np.all(level.left == 0)
 
 
 def test_tubes_over_small_bodies_are_narrower(world):
-    small = first_level(world, 0, [1], Widths(1e-3, 0.064, 1))
+    small = first_level(world, 0, [1], Widths(1e-3, 0.064, 1), 3)
     assert small.windows[0].num_tubes >= MIN_TUBES
     assert 0 < small.left[0] < 6
 
@@ -132,7 +151,7 @@ def test_a_small_body_has_the_tubes_across_that_are_asked_for(world):
     """The diagonal of the box of 0.5 m × 0.4 m × 0.3 m over the number; a large body as before."""
     width = np.linalg.norm([0.5, 0.4, 0.3]) / 100
     for across, expected in ((100, width), (1, 0.01)):
-        window = first_level(world, 0, [1], Widths(0.01, 0.01, across)).windows[0]
+        window = first_level(world, 0, [1], Widths(0.01, 0.01, across), 3).windows[0]
         nearest = np.linalg.norm(np.array([3.0, 0.4, 0.4]) - [0.0, 0.0, 0.5]) - 0.25
         assert np.max(window.step) * nearest == pytest.approx(expected, rel=0.1)
 
@@ -141,5 +160,5 @@ def test_a_small_body_has_the_tubes_across_that_are_asked_for(world):
 def test_tubes_over_near_bodies_are_narrower(x, times):
     big = Actor(name="wall", kind="object", mesh=mesh_of(plate(4.0, 0.5)), pose=Pose(x=x, yaw=3.14))
     world = Composite().prepare(around([big], [(0.0, 0.0, 0.0)]))
-    level = first_level(world, 0, [0], Widths(0.0025, 0.02, 1))
+    level = first_level(world, 0, [0], Widths(0.0025, 0.02, 1), 3)
     assert level.left[0] == 3 - times

@@ -136,7 +136,7 @@ from polychirp.channel.ray_tubes.flat_pairs import (
 )
 from polychirp.channel.ray_tubes.flat_parts import are_joined, parts_in_world
 from polychirp.channel.ray_tubes.intersections import Space, space_of
-from polychirp.channel.ray_tubes.propagation import Rays, hits_of
+from polychirp.channel.ray_tubes.propagation import Tubes, hits_of
 from polychirp.channel.ray_tubes.radiation import HIT, Hits, estimated_power, radiate
 from polychirp.channel.ray_tubes.refinement import TUBES_ACROSS, Level, Widths, first_level
 from polychirp.channel.ray_tubes.visibility import (
@@ -388,15 +388,17 @@ def _final_hits(request: _Request, radar: int) -> Hits:
     bodies = _first_bodies(request, radar)
     pairs = _flat_pairs(request, radar, bodies)
     by_window = {(a.body, a.number, b.body, b.number) for a, b, _ in pairs}
-    level = first_level(request.world, radar, bodies, request.widths)
+    level = first_level(request.world, radar, bodies, request.widths, request.max_bounces)
     kept, depth = [np.empty(0, dtype=HIT)], 0
     while level.windows:
         hits = without_pairs(by_window, _hits_of_level(request, radar, level))
         wanted = _hits_to_halve(request, radar, level, hits, depth)
-        # quarters are followed over all bounces: they may be reflected more often than their tube
-        is_halved = level.with_neighbours(hits["tube"][wanted])
-        kept.append(hits.take(np.flatnonzero(~is_halved[hits["tube"]])))
-        level, depth = level.halved(is_halved), depth + 1
+        # at the first level: quarters of a wide tube may be reflected more often than its ray
+        turns = hits["turns"][wanted] if depth else np.full(len(wanted), request.max_bounces)
+        halved = level.with_neighbours(hits["tube"][wanted], turns)
+        # hits after more reflections than the quarters are followed for are kept
+        kept.append(hits.take(np.flatnonzero(hits["turns"] > halved[hits["tube"]])))
+        level, depth = level.halved(halved), depth + 1
     near, world = request.surroundings, request.world
     source = Transmitter(request.position[radar], request.velocity[radar])
     around = Surroundings(near.space, near.faces, world.media, world.wavenumber)
@@ -500,14 +502,15 @@ def _power_bound(request: _Request, radar: int, body: int, receiver: int) -> flo
 def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
     """Hits of a level's tubes, whose numbers count through all its windows."""
     near, found = request.surroundings, [np.empty(0, dtype=HIT)]
-    media, rays = request.world.media, Rays(request.world.wavenumber, request.max_bounces)
-    for window, body, start, tubes in zip(
-        level.windows, level.body, level.start, level.tubes, strict=False
+    media, k = request.world.media, request.world.wavenumber
+    for window, body, start, number, max_turns in zip(
+        level.windows, level.body, level.start, level.tubes, level.max_turns, strict=False
     ):
         launch = window.launch(request.velocity[radar], int(body))
-        for begin in range(0, len(tubes), TUBES_PER_BATCH):
-            some = tubes[begin : begin + TUBES_PER_BATCH]
-            hits = hits_of(launch, some, rays, near.space, near.faces, media)
+        for begin in range(0, len(number), TUBES_PER_BATCH):
+            some = slice(begin, begin + TUBES_PER_BATCH)
+            tubes = Tubes(number[some], max_turns[some])
+            hits = hits_of(launch, tubes, near.space, near.faces, media, k)
             hits["tube"] += start
             found.append(hits)
     return np.concatenate(found)

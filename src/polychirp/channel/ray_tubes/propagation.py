@@ -59,11 +59,11 @@ MIN_STEP: Final = 1e-6
 begins. Chosen: above the rounding of positions, so that the ray does not meet the point again."""
 
 
-class Rays(NamedTuple):
-    """``wavenumber`` of all rays, 1/m, and ``max_turns``, their greatest number of reflections."""
+class Tubes(NamedTuple):
+    """Some tubes of a launch window: the number and the greatest count of reflections of each."""
 
-    wavenumber: float
-    max_turns: int
+    number: IntArray
+    max_turns: IntArray
 
 
 class Tracing(NamedTuple):
@@ -189,11 +189,11 @@ def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, coun
 @inner
 def _trace_some(
     launch: Launch,
-    tubes: IntArray,
-    rays: Rays,
+    tubes: Tubes,
     space: Space,
     faces: Blockers,
     media: Media,
+    wavenumber: float,
     hits: Hits,
 ) -> int:
     """Follow some tubes of a window; return the number of hits, also of those that did not fit."""
@@ -202,8 +202,8 @@ def _trace_some(
     notes = np.empty(space.room, dtype=np.float32)
     # Numba needs the type of the empty list's items
     waiting = [(launched(launch, launch.columns), NO_INTERSECTION) for _ in range(0)]
-    for place in range(tubes.size):
-        ray = launched(launch, tubes[place])
+    for place in range(tubes.number.size):
+        ray = launched(launch, tubes.number[place])
         p, d = ray.point, ray.direction
         # a body that hid the window's body from one tube often hides it from the next
         if has_hider and is_behind(space, hider, body, p, d, notes):
@@ -218,11 +218,11 @@ def _trace_some(
             has_hider, hider = True, met.number
             continue
         waiting.append((ray, met))
-        tracing = Tracing(space, media, rays.wavenumber, rays.max_turns, waiting, notes)
+        tracing = Tracing(space, media, wavenumber, tubes.max_turns[place], waiting, notes)
         before = count
         count = _follow(tracing, faces, body, hits, count)
         for i in range(before, min(count, hits.size)):
-            hits[i]["first_body"], hits[i]["tube"] = body, tubes[place]
+            hits[i]["first_body"], hits[i]["tube"] = body, tubes.number[place]
     return count
 
 
@@ -231,11 +231,11 @@ def _trace(
     begin: int,
     end: int,
     launch: Launch,
-    tubes: IntArray,
-    rays: Rays,
+    tubes: Tubes,
     space: Space,
     faces: Blockers,
     media: Media,
+    wavenumber: float,
     hits: Hits,
     counts: IntArray,
 ) -> None:
@@ -244,26 +244,22 @@ def _trace(
     A count may exceed the length of its row of ``hits``; the hits beyond that length are lost.
     """
     for chunk in range(begin, end):
-        part = tubes[chunk * TUBES_PER_CHUNK : (chunk + 1) * TUBES_PER_CHUNK]
-        counts[chunk] = _trace_some(launch, part, rays, space, faces, media, hits[chunk])
+        some = slice(chunk * TUBES_PER_CHUNK, (chunk + 1) * TUBES_PER_CHUNK)
+        part = Tubes(tubes.number[some], tubes.max_turns[some])
+        counts[chunk] = _trace_some(launch, part, space, faces, media, wavenumber, hits[chunk])
 
 
 def hits_of(
-    launch: Launch,
-    tubes: IntArray,
-    rays: Rays,
-    space: Space,
-    faces: Blockers,
-    media: Media,
+    launch: Launch, tubes: Tubes, space: Space, faces: Blockers, media: Media, wavenumber: float
 ) -> Hits:
-    """Hits of the tubes of a window with the numbers ``tubes``, in their order."""
-    num_chunks = -(-len(tubes) // TUBES_PER_CHUNK)
-    most = HITS_PER_BOUNCE * TUBES_PER_CHUNK * (rays.max_turns - 1)
+    """Hits of some tubes of a window, in the order of the tubes; ``wavenumber`` in 1/m."""
+    num_chunks = -(-len(tubes.number) // TUBES_PER_CHUNK)
+    most = HITS_PER_BOUNCE * TUBES_PER_CHUNK * (int(np.max(tubes.max_turns, initial=2)) - 1)
     while True:
         room = most
         hits = np.empty((num_chunks, room), dtype=HIT)
         counts = np.zeros(num_chunks, dtype=np.int64)
-        what = launch, tubes, rays, space, faces, media
+        what = launch, tubes, space, faces, media, wavenumber
         in_ranges(_trace, num_chunks, *what, hits, counts)
         most = int(np.max(counts, initial=0))
         if most <= room:

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from polychirp.axes import BoolArray, IntArray
+from polychirp.axes import IntArray
 from polychirp.channel.ray_tubes.flat_parts import lone_parts
 from polychirp.channel.ray_tubes.launch_grid import (
     FULL_WIDTH_DISTANCE,
@@ -53,13 +53,15 @@ class Level(NamedTuple):
 
     The other fields have one entry for every window: ``body``, the number of the body that it
     covers; ``left``, how often its tubes may still be cut in quarters; ``tubes``, the numbers of
-    its tubes that are followed, counted row by row.
+    its tubes that are followed, counted row by row; ``max_turns``, the largest number of
+    reflections to follow along each of these tubes.
     """
 
     windows: list[Window]
     body: IntArray
     left: IntArray
     tubes: list[IntArray]
+    max_turns: list[IntArray]
 
     @property
     def start(self) -> IntArray:
@@ -71,31 +73,37 @@ class Level(NamedTuple):
         """Numbers of the windows of tubes, whose numbers count through all windows."""
         return np.searchsorted(self.start, tube, side="right") - 1
 
-    def with_neighbours(self, wanted: IntArray) -> BoolArray:
-        """Mask of the followed tubes ``wanted`` and of their eight neighbours, ``(tube,)``."""
+    def with_neighbours(self, wanted: IntArray, turns: IntArray) -> IntArray:
+        """Number of reflections to follow along every tube's quarters, ``(tube,)``; 0: no quarters.
+
+        The tubes ``wanted``, where a number may occur more than once, are cut in quarters with
+        their eight neighbours; ``turns`` is the number of reflections to follow for each entry.
+        """
         start = self.start
-        found = np.zeros(start[-1], dtype=np.bool_)
-        found[wanted] = True
+        found = np.zeros(start[-1], dtype=np.int64)
+        np.maximum.at(found, wanted, turns)
         for number, window in enumerate(self.windows):
             mine = found[start[number] : start[number + 1]]
             if not mine.any():
                 continue
             wide = maximum_filter(mine.reshape(window.shape), 3, mode="constant").reshape(-1)
             there = self.tubes[number]
-            mine[:] = False
-            mine[there] = wide[there]
+            mine[:] = 0
+            mine[there] = np.minimum(wide[there], self.max_turns[number])
         return found
 
-    def halved(self, which: BoolArray) -> "Level":
-        """The next level: quarters of the tubes in the mask ``which``, from `with_neighbours`."""
-        some, tubes, start = [], [], self.start
+    def halved(self, turns: IntArray) -> "Level":
+        """The next level: quarters of tubes whose ``turns``, from `with_neighbours`, exceed 0."""
+        some, tubes, most, start = [], [], [], self.start
         for number, window in enumerate(self.windows):
-            is_halved = which[start[number] + self.tubes[number]]
+            here = turns[start[number] + self.tubes[number]]
+            is_halved = here > 0
             if np.any(is_halved):
                 some.append(number)
                 tubes.append(_quarters(self.tubes[number][is_halved], window.shape[1]))
+                most.append(np.repeat(here[is_halved], 4))
         windows = [self.windows[number].finer for number in some]
-        return Level(windows, self.body[some], self.left[some] - 1, tubes)
+        return Level(windows, self.body[some], self.left[some] - 1, tubes, most)
 
 
 def _quarters(tube: IntArray, columns: int) -> IntArray:
@@ -111,7 +119,9 @@ def _times_nearer(distance: float) -> int:
     return max(0, round(0.5 * float(np.log2(nearer))))
 
 
-def first_level(world: World, radar: int, bodies: list[int], widths: Widths) -> Level:
+def first_level(
+    world: World, radar: int, bodies: list[int], widths: Widths, max_bounces: int
+) -> Level:
     """All tubes over some bodies.
 
     The width is that of the narrowest tubes times the greatest power of 2 that does not exceed the
@@ -139,4 +149,6 @@ def first_level(world: World, radar: int, bodies: list[int], widths: Widths) -> 
         whose += [body] * len(found)
         left += [times] * len(found)
     tubes = [np.arange(window.num_tubes) for window in windows]
-    return Level(windows, np.array(whose, dtype=np.int64), np.array(left, dtype=np.int64), tubes)
+    max_turns = [np.full(window.num_tubes, max_bounces) for window in windows]
+    columns = np.array(whose, dtype=np.int64), np.array(left, dtype=np.int64)
+    return Level(windows, *columns, tubes, max_turns)
