@@ -96,16 +96,25 @@ def crossing_peak(a_slope: float, b_slope: float, a_duration: float, b_duration:
 
     The law is that of stationary phase times C, the overshoot where the crossing is about one
     Fresnel zone from an end of the overlap: `OVERSHOOT`, 1.37 dB. For ramps of equal duration T
-    and bandwidths that differ by ΔB the peak is −10 log₁₀(\|ΔB\| T) + 1.4 dB. If slopes are
-    opposite, the crossing is in the middle of the overlap at every lag, both ends overshoot, and C
-    is `BOTH_ENDS_OVERSHOOT`, 2.56 dB. The law needs \|Δβ\|T_a T_b of some tens; below, no whole
-    Fresnel zone fits into the overlap (use `expected`).
+    and bandwidths that differ by ΔB the peak is −10 log₁₀(\|ΔB\| T) + 1.4 dB. The law needs
+    \|Δβ\|T_a T_b of some tens; below, no whole Fresnel zone fits into the overlap (use `expected`).
 
     >>> round(10 * math.log10(crossing_peak(1.2e12, 1e12, 1e-4, 1e-4)), 1)
     -31.6
     """
-    overshoot = BOTH_ENDS_OVERSHOOT if are_opposite(a_slope, b_slope) else OVERSHOOT
-    return overshoot / (abs(a_slope - b_slope) * a_duration * b_duration)
+    return OVERSHOOT / (abs(a_slope - b_slope) * a_duration * b_duration)
+
+
+def opposite_peak(slope: float, a_duration: float, b_duration: float) -> float:
+    r"""The same for two ramps of opposite slopes ±β whose bands begin, or end, at one frequency.
+
+    The crossing is then in the middle of the overlap at many lags, so that both ends overshoot: C
+    is `BOTH_ENDS_OVERSHOOT`, 2.56 dB. Other ramps of opposite slopes follow `crossing_peak`.
+
+    >>> round(10 * math.log10(opposite_peak(1e12, 1e-4, 1e-4)), 1)
+    -40.5
+    """
+    return BOTH_ENDS_OVERSHOOT / (2.0 * abs(slope) * a_duration * b_duration)
 
 
 def are_opposite(a_slope: float, b_slope: float) -> bool:

@@ -14,7 +14,9 @@ from polychirp.capture.sigmf import open_sigmf, write_sigmf
 from polychirp.cli.app import main
 from polychirp.cli.init import template
 from polychirp.model.baseband import Baseband
-from polychirp.study.section_v.operands import NAMED, Operand, named, paired
+from polychirp.rng import Streams
+from polychirp.study.section_v.operands import NAMED, Operand, closed_form, named, paired
+from polychirp.waveform import Sawtooth
 from polychirp.waveform.playing import played
 
 CHIRP = played(named("paper-100").schedule, sample_rate=130e6, centre_frequency=4e9)
@@ -241,6 +243,40 @@ def test_slopes_that_are_opposite_but_for_rounding_follow_the_law_of_opposite_sl
     power, law = pair.law
     assert law == "−10 log₁₀(2 B T) + 2.6 dB for opposite slopes"
     assert 10 * math.log10(power) == pytest.approx(-10 * math.log10(2e4) + 2.56, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("low", "bandwidth", "direction"),
+    [
+        (0.0, 100e6, "down"),
+        (0.0, 60e6, "down"),
+        (20e6, 100e6, "down"),
+        (80e6, 120e6, "up"),
+        (20e6, 90e6, "up"),
+        (0.0, 20e6, "up"),
+    ],
+)
+def test_a_law_of_the_peak_is_right_to_some_tenths_of_a_decibel(low, bandwidth, direction):
+    """Bands that overlap in part, too; opposite slopes are those of 100 MHz in 100 µs."""
+    falls = direction == "down"
+    wave = Sawtooth(
+        start_frequency=3.95e9 + low,
+        bandwidth=bandwidth,
+        ramp_duration=bandwidth / 1e12 if falls else 100e-6,
+        direction=direction,
+    )
+    other = Operand(name="b", schedule=wave.schedule(num_sweeps=1, streams=Streams(1)))
+    pair = paired(named("paper-100"), other)
+    lag = np.linspace(-100e-6, 100e-6, 400_001)
+    peak = np.max(np.abs(closed_form(pair, lag).amplitude)) ** 2
+    assert 10 * math.log10(pair.law[0] / peak) == pytest.approx(0.0, abs=0.25)
+
+
+def test_ramps_that_share_hardly_any_band_have_no_law():
+    """One megahertz: 1 µs, where a Fresnel zone takes 2 µs; the peak is 8 dB below the law."""
+    wave = Sawtooth(start_frequency=4.049e9, bandwidth=120e6, ramp_duration=100e-6)
+    other = Operand(name="b", schedule=wave.schedule(num_sweeps=1, streams=Streams(1)))
+    assert paired(named("paper-100"), other).law is None
 
 
 def test_a_radio_without_its_package_is_one_sentence(capsys, monkeypatch):

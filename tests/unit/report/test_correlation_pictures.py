@@ -7,7 +7,7 @@ import pytest
 
 from polychirp.correlation.base import Correlation
 from polychirp.correlation.lobes import lobes
-from polychirp.correlation.theory import crossing_peak
+from polychirp.correlation.theory import crossing_peak, opposite_peak
 from polychirp.model.transceiver import Transceiver
 from polychirp.report.correlation import correlation_csv, correlation_json, correlation_table
 from polychirp.report.figures.correlation import (
@@ -122,9 +122,14 @@ def test_each_case_of_the_law_has_the_line_of_its_slopes():
     assert len(lines) == 2
     for label, line in lines.items():
         x, level = line.get_xdata()[0], line.get_ydata()[0]
-        slopes = (1e12, -1e12) if "opposite" in label else (1e12, 0.9e12)
-        duration = np.sqrt(x / abs(slopes[0] - slopes[1]))
-        expected = 10 * np.log10(crossing_peak(*slopes, duration, duration))
+        is_opposite = "opposite" in label
+        duration = np.sqrt(x / (2e12 if is_opposite else 0.1e12))
+        peak = (
+            opposite_peak(1e12, duration, duration)
+            if is_opposite
+            else crossing_peak(1e12, 0.9e12, duration, duration)
+        )
+        expected = 10 * np.log10(peak)
         assert level == pytest.approx(expected, abs=1e-9)
 
 

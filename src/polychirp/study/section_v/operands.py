@@ -1,5 +1,6 @@
 """Two operands of a correlation at one rate and carrier, and their correlation in theory."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -10,7 +11,13 @@ from polychirp.capture.sigmf import SigmfRecording
 from polychirp.correlation.alignment import aligned, at_baseband, comparable
 from polychirp.correlation.ambiguity import Ambiguity, ambiguity
 from polychirp.correlation.base import Correlation
-from polychirp.correlation.theory import are_opposite, crossing_peak, disjoint_peak, expected
+from polychirp.correlation.theory import (
+    are_opposite,
+    crossing_peak,
+    disjoint_peak,
+    expected,
+    opposite_peak,
+)
 from polychirp.errors import InputError, no_such
 from polychirp.model.baseband import Baseband, Progress, no_progress
 from polychirp.model.ramp import RampSchedule
@@ -36,6 +43,15 @@ DISJOINT_RATE_OVER_BANDWIDTH: Final = 8.0
 r"""The same for two waveforms that share no frequency, whose correlation the ramps' ends make: a
 sum of samples makes an end :math:`x/\sin x` times as strong as an integral does, with x = π times
 the distance of the frequencies over the rate; 0.2 dB at most here, 11 dB at 1.3."""
+
+FEWEST_ZONES: Final = 2.0
+r"""Least time in which the faster of two ramps passes the band that they share, in units of
+:math:`1/\sqrt{|\Delta\beta|}`, for a law of the peak. Chosen: the law is 0.5 dB off here, and 8 dB
+at a fifth of it, where no whole Fresnel zone fits into the overlap."""
+
+EDGE_SHARE: Final = 0.05
+r"""Greatest distance of the edges of two bands that count as one, in units of
+:math:`\sqrt{|\Delta\beta|}`. Chosen: the peak of opposite slopes is then within 0.1 dB."""
 
 MOST_LAGS: Final = 1 << 23
 """Number of lags of a correlation above which `fine_step` reduces the lags per sample; chosen."""
@@ -105,17 +121,26 @@ class Pair:
         if gap > 0:
             return disjoint_peak(gap, *times), "bound for bands that share no frequency"
         slopes = float(a.slope[0]), float(b.slope[0])
-        if abs(slopes[0] - slopes[1]) * times[0] * times[1] < 10.0:
+        bend = abs(slopes[0] - slopes[1])
+        zones = FEWEST_ZONES * max(abs(slopes[0]), abs(slopes[1]))
+        if bend * times[0] * times[1] < 10.0 or -gap * math.sqrt(bend) < zones:
             return None
-        if are_opposite(*slopes):
-            return crossing_peak(*slopes, *times), "−10 log₁₀(2 B T) + 2.6 dB for opposite slopes"
+        if are_opposite(*slopes) and _edge_distance(a, b) < EDGE_SHARE * math.sqrt(bend):
+            peak = opposite_peak(slopes[0], *times)
+            return peak, "−10 log₁₀(2 B T) + 2.6 dB for opposite slopes"
         return crossing_peak(*slopes, *times), "−10 log₁₀(|ΔB| T) + 1.4 dB for crossing ramps"
 
 
 def _gap(a: RampSchedule, b: RampSchedule) -> float:
-    """Distance between two bands, Hz; negative if they overlap."""
+    """Distance between two bands, Hz; if they overlap, minus the width of what they share."""
     (low, high), (other_low, other_high) = band_edges(a), band_edges(b)
-    return max(other_low - high, low - other_high)
+    return max(low, other_low) - min(high, other_high)
+
+
+def _edge_distance(a: RampSchedule, b: RampSchedule) -> float:
+    """Distance of the lower or of the upper edges of two bands, the lesser one, Hz."""
+    (low, high), (other_low, other_high) = band_edges(a), band_edges(b)
+    return min(abs(low - other_low), abs(high - other_high))
 
 
 def named(name: str) -> Operand:
