@@ -11,6 +11,7 @@ from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.scene import Actor, Scene
+from polychirp.receiver.attribution import attribute
 from polychirp.receiver.decoding.alignment import decoded_chirps
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.decoding.correlation import correlated
@@ -359,6 +360,26 @@ def test_side_lobes_of_a_code_are_no_detections(name):
     frame = noisy(waveform, num_sweeps=32, path=HandPath(transmitter=0, delay=83.4e-9), snr_db=20.0)
     found = Decoding(greatest_range=50.0).detect(frame)
     assert found.range == pytest.approx([0.5 * SPEED_OF_LIGHT * 83.4e-9], abs=0.1)
+    attributed, _ = attribute(Decoding(greatest_range=50.0), frame)
+    assert attributed.range.tolist() == found.range.tolist()
+
+
+@pytest.mark.parametrize("name", ["m-sequence", "noise", "chips in chirps"])
+def test_detections_are_the_same_with_and_without_their_causes(name):
+    """A run attributes detections to parts of the signal; powers make up for motion there, too."""
+    of_name = {
+        "noise": Noise(bandwidth=150e6, chip_duration=5e-9, num_chips=254, periods=3, idle=0.0),
+        "m-sequence": replace(code_of("m-sequence"), periods=41, idle=1e-6),
+        "chips in chirps": PhaseCodedRamp(num_chips=32),
+    }
+    path = HandPath(transmitter=0, delay=1e-7, delay_rate=40.0 / SPEED_OF_LIGHT)
+    radar = NARROW if name == "chips in chirps" else WIDE
+    frame = noisy(of_name[name], num_sweeps=64, path=path, snr_db=20.0, radar=radar)
+    receiver = Decoding(greatest_range=50.0)
+    alone, (attributed, powers_of) = receiver.detect(frame), attribute(receiver, frame)
+    assert attributed.range.tolist() == alone.range.tolist()
+    assert attributed.power.tolist() == alone.power.tolist()
+    assert powers_of(frame.samples[None]).shape == (alone.num_detections, 1)
 
 
 def test_the_power_of_a_moving_point_is_that_of_a_sample():

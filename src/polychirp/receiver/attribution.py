@@ -58,16 +58,22 @@ def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, Part
         return receiver.attribute(frame)
     if isinstance(receiver, Decoding):
         read = receiver.reading(frame)
-        found, of_decoded = attribute(read.receiver, read.frame)
+        found = receiver.detect_in(read, frame)
+        of_decoded = _matched_powers(read.receiver, read.frame, found)
         return found, lambda samples: of_decoded(read.decode(samples))
     found = receiver.detect(frame)
+    return found, _matched_powers(receiver, frame, found)
+
+
+def _matched_powers(receiver: FrameReceiver, frame: IfFrame, found: Detections) -> PartPowers:
+    """The function that gives the power of any parts in each detection by `part_amplitudes`."""
 
     def powers_of(samples: ComplexArray) -> FloatArray:
         amplitude = part_amplitudes(receiver, frame, samples, found)
         combined = getattr(receiver, "combined_power", in_phase)
         return np.asarray(combined(amplitude, frame.schedule))
 
-    return found, powers_of
+    return powers_of
 
 
 def in_phase(amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:

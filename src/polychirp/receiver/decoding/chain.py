@@ -113,7 +113,10 @@ class Decoding(DetectorSettings):
 
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, as of `RangeDoppler.detect`; errors as of `reading`."""
-        read = self.reading(frame)
+        return self.detect_in(self.reading(frame), frame)
+
+    def detect_in(self, read: Reading, frame: IfFrame) -> Detections:
+        """Detections of one frame, as of `detect`, from its `reading`."""
         seen = read.receiver.detect(read.frame, weight=read.weight)
         if np.any(frame.schedule.slope != 0.0):  # samples of chirps are not added before
             return seen
