@@ -59,6 +59,7 @@ def received(radars, schedules, *paths, transmitter):
         times=sample_times(schedules[0], radars[0].converter),
         schedule=schedules[0],
         array=ARRAY,
+        if_filter=radars[0].if_filter,
     )
 
 
@@ -362,6 +363,25 @@ def test_side_lobes_of_a_code_are_no_detections(name):
     assert found.range == pytest.approx([0.5 * SPEED_OF_LIGHT * 83.4e-9], abs=0.1)
     attributed, _ = attribute(Decoding(greatest_range=50.0), frame)
     assert attributed.range.tolist() == found.range.tolist()
+
+
+@pytest.mark.parametrize("passband", [92e6, 120e6, 180e6])
+def test_side_lobes_of_the_if_filter_are_no_detections(passband):
+    """Two samples of 2.5 ns per chip: the filter cuts the band of the chips, and so it rings.
+
+    A receiver that does not know a filter of 92 to 120 MHz detects its side lobes.
+    """
+    edges = IfFilter(passband=passband, stopband=1.3 * passband, attenuation=from_db(60.0))
+    converter = Converter(sample_rate=400e6, start=0.4e-6, margin=0.0)
+    radar = replace(WIDE, if_filter=edges, converter=converter)
+    receiver = Decoding(greatest_range=50.0)
+    for delay in np.random.default_rng(4).uniform(40e-9, 250e-9, 6):
+        path = HandPath(transmitter=0, delay=delay)
+        frame = noisy(code_of("m-sequence"), num_sweeps=32, path=path, snr_db=20.0, radar=radar)
+        found = receiver.detect(frame)
+        assert found.range == pytest.approx([0.5 * SPEED_OF_LIGHT * delay], abs=0.05)
+        if passband == 92e6:
+            assert receiver.detect(replace(frame, if_filter=None)).num_detections > 1
 
 
 @pytest.mark.parametrize("name", ["m-sequence", "noise", "chips in chirps"])

@@ -22,7 +22,8 @@ class HighPass(Spec):
     and compensate a part of the loss with range. The filter is at rest at the start of each ramp.
     The part of its transient before the converter's first sample is not in the samples; at the time
     t after the start of a ramp, a section's response to a step has decayed to
-    :math:`e^{-2\pi f_i t}`. The samples keep the filter's phase shift: nothing corrects it.
+    :math:`e^{-2\pi f_i t}`. The samples keep the filter's phase shift, which the receiver
+    'coherent' corrects.
 
     Parameters
     ----------

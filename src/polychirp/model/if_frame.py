@@ -9,6 +9,7 @@ from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, PerRamp, P
 from polychirp.errors import InputError, did_you_mean
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.front_end import HighPass
+from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 
@@ -109,6 +110,8 @@ class IfFrame:
     array : antenna array of the radar
     high_pass : high-pass filter of the radar, None if it has none; its causal phase is in the
         samples, and a receiver corrects it
+    if_filter : IF filter of the radar, None if it is not known; the receiver of codes needs it,
+        as the filter weakens a part of their band
     """
 
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
@@ -116,6 +119,7 @@ class IfFrame:
     schedule: RampSchedule
     array: AntennaArray
     high_pass: HighPass | None = None
+    if_filter: IfFilter | None = None
 
     def __post_init__(self) -> None:
         seal(self)

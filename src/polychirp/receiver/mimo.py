@@ -93,6 +93,7 @@ def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
         schedule=_first_sweeps(frame.schedule, first),
         array=array,
         high_pass=frame.high_pass,
+        if_filter=frame.if_filter,
     )
 
 

@@ -105,6 +105,7 @@ def synthesize(
         schedule=schedule,
         array=radar.array,
         high_pass=radar.front_end.high_pass,
+        if_filter=radar.if_filter,
     )
     return frame, parts
 

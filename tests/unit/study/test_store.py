@@ -13,6 +13,7 @@ from polychirp.axes import axes_of
 from polychirp.errors import InputError, RunError
 from polychirp.exchange.columns import tables_of
 from polychirp.model.front_end import HighPass
+from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import PARTS, IfParts
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.placement import Placement
@@ -99,11 +100,14 @@ def test_a_run_keeps_which_parts_there_are_and_what_was_left_out(tmp_path):
     assert not found["leakage"].any()
 
 
-def test_a_run_keeps_the_high_pass_that_its_samples_went_through(tmp_path):
+def test_a_run_keeps_the_filters_that_its_samples_went_through(tmp_path):
     whole = victim("front")
-    frame = replace(whole.frame, high_pass=HighPass(corners=(50e3, 175e3)))
+    narrow = IfFilter(passband=1.5e6, stopband=2e6)
+    frame = replace(whole.frame, high_pass=HighPass(corners=(50e3, 175e3)), if_filter=narrow)
     save_run(tmp_path / "run.zarr", trial(replace(whole, frame=frame)), provenance=ORIGIN)
-    assert load_run(tmp_path / "run.zarr").victims[0].frame.high_pass == frame.high_pass
+    stored = load_run(tmp_path / "run.zarr").victims[0].frame
+    assert stored.high_pass == frame.high_pass
+    assert stored.if_filter == narrow
 
 
 def test_a_frame_without_detections_comes_back(stored):

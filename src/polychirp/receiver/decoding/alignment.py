@@ -49,6 +49,18 @@ def decoded_chirps(
     return out
 
 
+def noise_gain(schedule: RampSchedule, times: SampleTimes) -> float:
+    """Power of noise behind `decoded_chirps` over that of white noise before it, over all samples.
+
+    An echo keeps its amplitude, so that its SNR is less by this ratio.
+    """
+    size = times.most_samples
+    number, frequency = _padded_grid(schedule, times, size)
+    bend = np.exp(1j * np.pi * frequency**2 / schedule.slope[:, None])
+    inverse = _inverse_codes(schedule, times, number, bend)[:, :size]
+    return float(np.mean(np.abs(inverse) ** 2))
+
+
 def _padded_grid(
     schedule: RampSchedule, times: SampleTimes, size: int
 ) -> tuple[FloatArray, FloatArray]:

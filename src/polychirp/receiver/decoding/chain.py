@@ -80,7 +80,6 @@ class Decoding(DetectorSettings):
         ramps, moments = read_ramps(schedule, times)
         cleaned = mitigated(_without_prediction(self.mitigation), frame)
         is_carrier = bool(np.all(schedule.slope == 0.0))
-        remove = correlated if is_carrier else decoded_chirps
         share = (
             present_share(cleaned.weight, schedule, times)
             if is_carrier
@@ -89,11 +88,14 @@ class Decoding(DetectorSettings):
         weight = cleaned.weight / np.maximum(share, 1e-300)
 
         def decode(samples: ComplexArray) -> ComplexArray:
-            return remove(cleaned.repair(samples) * weight, schedule, times)
+            kept = cleaned.repair(samples) * weight
+            if is_carrier:
+                return correlated(kept, schedule, times, if_filter=frame.if_filter)
+            return decoded_chirps(kept, schedule, times)
 
         return Reading(
             receiver=self.reader(),
-            weight=line_power(schedule, times) if is_carrier else None,
+            weight=line_power(schedule, times, if_filter=frame.if_filter) if is_carrier else None,
             frame=replace(
                 frame, samples=decode(frame.samples), times=moments, schedule=ramps, high_pass=None
             ),

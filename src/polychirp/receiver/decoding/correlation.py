@@ -3,20 +3,24 @@ r"""Correlation with a code on a carrier of constant frequency, in the frequency
 A code of the period :math:`T_p` on the carrier f has the Fourier coefficients :math:`C_k`. An echo
 of the delay τ and amplitude a has, after the mixer, the samples
 :math:`a\,e^{j2\pi f\tau}\,\overline{c(t - \tau)}`, whose spectrum at the frequency
-:math:`-k/T_p` is :math:`a\,\overline{C_k}\,e^{j2\pi(f + k/T_p)\tau}`. Multiplied by
-:math:`C_k`, the transform of a correlation with the code, it is
+:math:`-k/T_p` is :math:`a\,H_k\,\overline{C_k}\,e^{j2\pi(f + k/T_p)\tau}` behind an IF filter of
+the real and even response :math:`H_k`. Multiplied by :math:`C_k`, the transform of a correlation
+with the code, it is
 
-.. math:: D_k = a\,|C_k|^2\,e^{j2\pi(f + k/T_p)\tau} .
+.. math:: D_k = a\,H_k\,|C_k|^2\,e^{j2\pi(f + k/T_p)\tau} .
 
 These are nearly the samples of a short chirp that covers the band: the frequency
 :math:`f + k/T_p` is sample k. A transform over k gives the correlation over delays, and so the
 range-Doppler receiver reads :math:`D_k` as it reads a chirp. Its taper over the band lowers the
-side lobes of a peak; those of the code are in :math:`|C_k|^2`.
+side lobes of a peak; those of the code and of the filter are in :math:`H_k|C_k|^2`.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
+from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.range_doppler.transforms import taper
@@ -82,18 +86,24 @@ def decoded_ramps(schedule: RampSchedule, times: SampleTimes) -> tuple[RampSched
     return ramps, SampleTimes(first=start, num_samples=count, rate=rate)
 
 
-def correlated(samples: ComplexArray, schedule: RampSchedule, times: SampleTimes) -> ComplexArray:
+def correlated(
+    samples: ComplexArray,
+    schedule: RampSchedule,
+    times: SampleTimes,
+    *,
+    if_filter: IfFilter | None = None,
+) -> ComplexArray:
     """The products :math:`D_k` of samples ``(…, ramp, fast)``, V ``(…, ramp, k)``.
 
-    They are divided by the mean of :math:`|C_k|^2`, with the taper over the band, so that a peak
-    has the amplitude of the echo.
+    They are divided by the mean of :math:`H_k|C_k|^2`, with the taper over the band, so that a peak
+    has the amplitude of the echo. Without an IF filter, :math:`H_k` is 1.
     """
     size, periods = samples_per_period(schedule, times), _num_periods(schedule, times)
     order = _orders(size)
     whole = samples[..., : periods * size]
     mean = whole.reshape(*whole.shape[:-1], periods, size).mean(axis=-2)
     spectrum = np.fft.fft(mean, axis=-1)[..., -order.astype(np.int64) % size] / size
-    return np.asarray(spectrum * _weights(schedule, times, order))
+    return np.asarray(spectrum * _weights(schedule, times, order, if_filter))
 
 
 def added_time(schedule: RampSchedule, times: SampleTimes) -> float:
@@ -101,29 +111,67 @@ def added_time(schedule: RampSchedule, times: SampleTimes) -> float:
     return _num_periods(schedule, times) * samples_per_period(schedule, times) / times.rate
 
 
-def line_power(schedule: RampSchedule, times: SampleTimes) -> FloatArray:
-    """Power :math:`|C_k|^2` of each ramp's code over its tapered mean, ``(ramp, k)``."""
+def line_power(
+    schedule: RampSchedule, times: SampleTimes, *, if_filter: IfFilter | None = None
+) -> FloatArray:
+    """Weight :math:`H_k|C_k|^2` of each ramp's lines over its tapered mean, ``(ramp, k)``."""
+    lines = _lines(schedule, _orders(samples_per_period(schedule, times)), if_filter)
+    return np.asarray(lines.response * np.abs(lines.coefficient) ** 2 / lines.mean)
+
+
+def matched_share(
+    schedule: RampSchedule, times: SampleTimes, *, if_filter: IfFilter | None = None
+) -> float:
+    r"""Greatest SNR of a decoded echo in a cell over its coherent SNR, without a taper over ramps.
+
+    With the taper :math:`w_k` over the band, and lines of noise of the power :math:`H_k^2` of white
+    noise, that of a ramp is
+
+    .. math:: \frac{(\sum_k w_k H_k |C_k|^2)^2}{P \sum_k w_k^2 H_k^2 |C_k|^2}
+
+    with the mean power P of the chips, times the share of the samples that are in whole periods. An
+    echo has the same amplitude on all decoded ramps, so that their noise is added. The noise that
+    sampling folds into the band is left out.
+    """
     code = schedule.code
     assert code is not None
-    order = _orders(samples_per_period(schedule, times))
-    coefficient, mean = _lines(code.value, order)
-    return np.asarray((np.abs(coefficient) ** 2 / mean)[code.row])
+    size = samples_per_period(schedule, times)
+    whole = _num_periods(schedule, times) * size / float(np.mean(times.num_samples))
+    order = _orders(size)
+    lines, along = _lines(schedule, order, if_filter), taper(order.size)
+    noise = (lines.response * np.abs(lines.coefficient)) ** 2 @ along**2
+    return float(whole / np.mean(noise / lines.mean[:, 0] ** 2) / code.mean_power)
 
 
-def _lines(chips: ComplexArray, order: FloatArray) -> tuple[ComplexArray, FloatArray]:
-    """Coefficients ``(code, k)`` of codes, and the tapered means of their power ``(code, 1)``."""
-    coefficient = code_coefficients(chips, order)
-    return coefficient, ((np.abs(coefficient) ** 2) @ taper(order.size))[:, None]
+class _Lines(NamedTuple):
+    """Lines of each ramp's code, the IF filter's response to them, and their tapered mean."""
+
+    coefficient: ComplexArray  # (ramp, k)
+    response: FloatArray  # (ramp, k)
+    mean: FloatArray  # (ramp, 1)
 
 
-def _weights(schedule: RampSchedule, times: SampleTimes, order: FloatArray) -> ComplexArray:
+def _lines(schedule: RampSchedule, order: FloatArray, if_filter: IfFilter | None) -> _Lines:
+    code = schedule.code
+    assert code is not None
+    coefficient = code_coefficients(code.value, order)[code.row]
+    response = np.ones(coefficient.shape)
+    if if_filter is not None:
+        response[:] = if_filter.response(order / float(code.period[0]))
+    mean = (response * np.abs(coefficient) ** 2) @ taper(order.size)
+    return _Lines(coefficient, response, mean[:, None])
+
+
+def _weights(
+    schedule: RampSchedule, times: SampleTimes, order: FloatArray, if_filter: IfFilter | None
+) -> ComplexArray:
     """Factors ``(ramp, k)``: the coefficients, at the code's phase where the samples begin."""
     code = schedule.code
     assert code is not None
-    coefficient, mean = _lines(code.value, order)
+    lines = _lines(schedule, order, if_filter)
     into = (times.first - schedule.start_time) / code.period
     turned = np.exp(2j * np.pi * into[:, None] * order)
-    return np.asarray((coefficient / mean)[code.row] * turned)
+    return np.asarray(lines.coefficient / lines.mean * turned)
 
 
 def code_coefficients(chips: ComplexArray, order: FloatArray) -> ComplexArray:

@@ -7,7 +7,8 @@ A point moves straight towards the radar or away from it, and its cross section 
 
 with M channels, :math:`n_k` samples on ramp k, the amplitude :math:`a_l` of the echo of the
 transmitting element l, its weight :math:`w_{kl}` on the ramp, and the noise density :math:`N_0`
-before the IF filter, at the sample rate :math:`f_s`. This is the SNR of a matched filter of the
+before the IF filter, at the sample rate :math:`f_s`. A code multiplies it by the mean power of its
+chips. This is the SNR of a matched filter of the
 whole frame that adds all channels in phase. The IF filter H acts on echo and noise at the beat
 :math:`f_k` alike, but sampling adds the noise that the filter passes at other frequencies:
 
@@ -174,6 +175,8 @@ def _body(
     power = np.array([np.abs(link.amplitude) ** 2 for link in links])  # (snapshot, element)
     of_ramp = power[nearest_snapshots(schedule, snapshots)]
     weighted = np.sum(np.abs(schedule.transmit_weight) ** 2 * of_ramp, axis=1)
+    if schedule.code is not None:
+        weighted *= schedule.code.mean_power
     times = sample_times(schedule, radar.converter)
     beat = beat_frequency(
         schedule,

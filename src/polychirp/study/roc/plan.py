@@ -461,4 +461,5 @@ def silent_frame(plan: RocPlan) -> IfFrame:
         schedule=schedule,
         array=radar.array,
         high_pass=radar.front_end.high_pass,
+        if_filter=radar.if_filter,
     )

@@ -9,7 +9,9 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.false_alarms import threshold_of
+from polychirp.receiver.decoding.alignment import noise_gain
 from polychirp.receiver.decoding.chain import Decoding
+from polychirp.receiver.decoding.correlation import matched_share
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.receiver.selection import FrameReceiver, decodes_elements
@@ -135,19 +137,36 @@ def window_share(receiver: FrameReceiver, frame: IfFrame) -> float:
     r"""Greatest SNR in a cell of the receiver's map over the coherent SNR, a ratio.
 
     For weights w it is :math:`(\sum w)^2 / (N \sum w^2)`, for the range-Doppler receiver times that
-    of its other transform. The receiver of MFSK has one, over half of the samples. The coherent
-    receiver has no windows: 1. The paper's receiver averages
-    ramps without their phases, and has no such cell: NaN.
+    of its other transform. With a code, it is `matched_share` on a carrier, and less by the noise
+    that the code's removal adds on chirps. The receiver of MFSK has one, over half of the samples.
+    The coherent receiver has no windows: 1. The paper's receiver averages ramps without their
+    phases, and has no such cell: NaN.
     """
     if isinstance(receiver, CoherentReceiver):
         return 1.0
     if isinstance(receiver, Decoding):
-        read = receiver.reading(frame)
-        return window_share(read.receiver, read.frame)
+        return _decoded_share(frame)
     if isinstance(receiver, MfskReceiver):
         size = frame.schedule.num_ramps // SEQUENCES
         return float(1.0 / (SEQUENCES * size * np.sum(taper(size) ** 2)))
     if not isinstance(receiver, RangeDoppler):
         return float("nan")
     sizes = (frame.times.most_samples, len(code_blocks(frame.schedule).ramps))
-    return float(np.prod([1.0 / (size * np.sum(taper(size) ** 2)) for size in sizes]))
+    return float(np.prod([_share_of_taper(size) for size in sizes]))
+
+
+def _share_of_taper(size: int) -> float:
+    return float(1.0 / (size * np.sum(taper(size) ** 2)))
+
+
+def _decoded_share(frame: IfFrame) -> float:
+    """`window_share` of a frame with a code, without mitigation.
+
+    On a carrier the lines of the code are tapered and not the samples; on chirps, the removal of
+    the code amplifies the noise.
+    """
+    schedule, times = frame.schedule, frame.times
+    over_ramps = _share_of_taper(len(code_blocks(schedule).ramps))
+    if np.all(schedule.slope == 0.0):
+        return over_ramps * matched_share(schedule, times, if_filter=frame.if_filter)
+    return over_ramps * _share_of_taper(times.most_samples) / noise_gain(schedule, times)

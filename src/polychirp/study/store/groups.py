@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -99,10 +99,12 @@ def _own_arrays(victim: VictimResult | StoredVictim) -> dict[str, NamedArray]:
 
 def _own_attributes(victim: VictimResult | StoredVictim) -> dict[str, Any]:
     corners = None if victim.frame.high_pass is None else list(victim.frame.high_pass.corners)
+    if_filter = victim.frame.if_filter
     return {
         "name": victim.name,
         "array": _array_text(victim.frame.array),
         "high_pass": corners,
+        "if_filter": None if if_filter is None else list(astuple(if_filter)),
         "part": list(victim.parts.names),
         "neglected": victim.parts.neglected,
     }

@@ -13,6 +13,7 @@ from polychirp.errors import InputError, no_such
 from polychirp.model.antenna import AntennaArray, ElementPattern
 from polychirp.model.detection import Detections
 from polychirp.model.front_end import HighPass
+from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import IfFrame, IfParts, SampleTimes
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.placement import Placement
@@ -163,6 +164,7 @@ def _read_victim(folder: Path, is_whole: bool) -> StoredVictim:
         schedule=schedule,
         array=_array_from(str(attributes["array"])),
         high_pass=HighPass(corners=tuple(corners)) if corners else None,
+        if_filter=_filter_from(attributes.get("if_filter")),
     )
     return StoredVictim(
         name=str(attributes["name"]),
@@ -189,6 +191,14 @@ def _read_noun(noun: Any, folder: Path, is_whole: bool) -> Any:
         field: ZarrArray(folder / field, has_all_chunks=is_whole).whole() for field in axes_of(noun)
     }
     return noun(**attributes, **arrays)
+
+
+def _filter_from(numbers: list[float] | None) -> IfFilter | None:
+    """IF filter of its edges and attenuation; None in runs of versions that did not store it."""
+    if not numbers:
+        return None
+    passband, stopband, attenuation = numbers
+    return IfFilter(passband=passband, stopband=stopband, attenuation=attenuation)
 
 
 def _array_from(text: str) -> AntennaArray:

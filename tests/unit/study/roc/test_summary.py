@@ -6,16 +6,24 @@ import numpy as np
 import pytest
 
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_filter import IfFilter
+from polychirp.model.if_frame import IfParts
+from polychirp.model.radar import Converter
+from polychirp.model.truth import Truth
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.attribution import target_levels
 from polychirp.receiver.coherent.false_alarms import AREA_OF_A_CELL, expected_peaks
+from polychirp.receiver.decoding.chain import Decoding
+from polychirp.rng import Streams
 from polychirp.scoring.ideal_detector import cell_threshold, ideal_detection
 from polychirp.scoring.statistics import wilson
-from polychirp.study.roc.plan import as_read, roc_plan, silent_frame
+from polychirp.study.roc.frames import DrawnPoint, frame_with, middle_of
+from polychirp.study.roc.plan import as_read, of_trial, roc_plan, silent_frame
 from polychirp.study.roc.summary import crossing, summary_of
 from polychirp.study.roc.trial import RocRecord
 from polychirp.study.roc.yardsticks import num_cells, num_looks, resolution, window_share
-from polychirp.units import from_db
-from polychirp.waveform import TimeDivision
+from polychirp.units import from_db, to_db
+from polychirp.waveform import Noise, PhaseCodedRamp, Pmcw, TimeDivision
 from tests.support.roc_study import TRIANGLES, roc_study
 
 ASK = {"snrs_db": [10.0, 14.0, 18.0], "trials": 20, "noise_trials": 50}
@@ -66,6 +74,75 @@ def window_share_of_the_plan():
 def test_two_windows_of_kaiser_take_four_decibels():
     """1.58 cells of noise bandwidth each, 2.0 dB."""
     assert 10 * math.log10(window_share_of_the_plan()) == pytest.approx(-4.0, abs=0.15)
+
+
+A = from_db(60.0)
+CODED = {
+    "one sample per chip": (
+        Pmcw(order=7, periods=3, idle=0.0, chip_duration=5e-9),
+        IfFilter(passband=80e6, stopband=140e6, attenuation=A),
+        Converter(sample_rate=200e6, start=0.6e-6, margin=0.0),
+    ),
+    "two samples per chip": (
+        Pmcw(order=7, periods=3, idle=0.0, chip_duration=5e-9),
+        IfFilter(passband=90e6, stopband=120e6, attenuation=A),
+        Converter(sample_rate=400e6, start=0.6e-6, margin=0.0),
+    ),
+    "noise": (
+        Noise(bandwidth=150e6, chip_duration=5e-9, num_chips=254, periods=3, idle=0.0),
+        IfFilter(passband=90e6, stopband=120e6, attenuation=A),
+        Converter(sample_rate=400e6, start=0.6e-6, margin=0.0),
+    ),
+    "chips in chirps": (
+        PhaseCodedRamp(num_chips=64),
+        IfFilter(passband=11e6, stopband=14e6, attenuation=A),
+        Converter(sample_rate=25e6, start=2e-6, margin=1e-6),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CODED)
+def test_the_greatest_snr_of_an_echo_with_a_code_is_that_of_simulated_samples(case):
+    """The mean of twelve points, of whose SNR the spectra of echo and noise tell 0.1 dB each."""
+    waveform, if_filter, converter = CODED[case]
+    study = roc_study(
+        waveform,
+        Decoding(greatest_range=60.0),
+        num_sweeps=64,
+        if_filter=if_filter,
+        converter=converter,
+    )
+    plan = roc_plan(study, snrs_db=[40.0], trials=1, noise_trials=1)
+    receiver = plan.curves[0].receiver
+    expected = window_share(receiver, silent_frame(plan))
+    measured = [share_of_a_point(plan, receiver, trial) for trial in range(12)]
+    assert to_db(np.mean(measured) / expected) == pytest.approx(0.0, abs=0.35)
+
+
+def share_of_a_point(plan, receiver, trial):
+    """SNR of a drawn point in its cell over its coherent SNR."""
+    study, random = of_trial(plan.study, trial), np.random.default_rng(trial)
+    point = DrawnPoint(
+        range=random.uniform(5.0, 50.0),
+        range_rate=random.uniform(-4.0, 4.0),
+        azimuth=random.uniform(-0.5, 0.5),
+        snr=from_db(40.0),
+    )
+    silent, frame = (frame_with(study, points, streams=Streams(trial)) for points in ([], [point]))
+    parts = IfParts(
+        samples=np.stack([frame.samples - silent.samples, silent.samples]), names=("echo", "noise")
+    )
+    truth = Truth(
+        time=middle_of(frame.schedule),
+        name=("point",),
+        range=[point.range],
+        range_rate=[point.range_rate],
+        azimuth=[point.azimuth],
+        elevation=[0.0],
+        point=np.zeros((1, 3)),
+        is_visible=[True],
+    )
+    return target_levels(receiver, frame, parts, truth).snr[0] / point.snr
 
 
 def test_false_alarms_are_counted_per_frame_and_cell():
