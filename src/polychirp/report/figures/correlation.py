@@ -18,6 +18,7 @@ from polychirp.report.figures.drawing import (
     GREEN,
     GREY,
     INK,
+    LABEL_BOX,
     VERMILION,
     Drawing,
     new_figure,
@@ -118,7 +119,7 @@ def _dress(panels: np.ndarray, row: CorrelationRow, near: tuple[float, float]) -
             ha="right" if is_auto else "center",
             color=INK,
             size=8.5,
-            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "alpha": 0.8, "lw": 0},
+            bbox=LABEL_BOX,
         )
         upper.legend(loc="upper right")
     panels[0, 0].set(ylabel="Correlation amplitude")

@@ -27,6 +27,9 @@ INK: Final = "#222222"
 GREY: Final = "#7A7A7A"
 """Colours of Okabe and Ito (2008), which colour-blind eyes can tell apart, and two greys."""
 
+LABEL_BOX: Final = {"boxstyle": "square,pad=0.1", "facecolor": "white", "alpha": 0.85, "lw": 0}
+"""Box behind a label, so that the lines below do not cross its letters."""
+
 Column = Sequence[Any] | NDArray[Any]
 """A column of a table: one number or word for every row."""
 

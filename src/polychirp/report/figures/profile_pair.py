@@ -7,6 +7,7 @@ from polychirp.report.figures.drawing import (
     BLUE,
     GREEN,
     GREY,
+    LABEL_BOX,
     VERMILION,
     Drawing,
     new_figure,
@@ -54,7 +55,7 @@ def profile_pair(conventional: PaperRow, diverse: PaperRow, *, heading: str) -> 
             textcoords="offset points",
             color=VERMILION,
             weight="bold",
-            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "alpha": 0.85, "lw": 0},
+            bbox=LABEL_BOX,
         )
     mark_floor(axes, diverse, columns["range_m"], columns["diverse_slopes_dbm"])
     axes.set(

@@ -13,6 +13,7 @@ from polychirp.report.figures.drawing import (
     GREEN,
     GREY,
     INK,
+    LABEL_BOX,
     ORANGE,
     PURPLE,
     VERMILION,
@@ -208,7 +209,14 @@ def mark_floor(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray)
         arrowprops={"arrowstyle": "<->", "color": INK, "linewidth": 1.2},
     )
     middle = (FLOOR_PLACE, level - 0.5 * height)
-    axes.annotate(f"+{height:.0f} dB", middle, (6, 0), textcoords="offset points", weight="bold")
+    axes.annotate(
+        f"+{height:.0f} dB",
+        middle,
+        (6, 0),
+        textcoords="offset points",
+        weight="bold",
+        bbox=LABEL_BOX,
+    )
 
 
 def spread(places: list[float], *, apart: float) -> list[float]:
