@@ -10,6 +10,10 @@ shift :math:`f_\Delta`,
 
 because our polarisations are :math:`V = -\hat\theta` and :math:`H = \hat\varphi`.
 
+Sionna's τ counts the whole way in air, and its transmission coefficient T of a sheet of thickness t
+has the phase of the sheet from face to face. The air that the sheet displaces would count twice, so
+A has a factor :math:`e^{+jkt\cos\theta}` for every sheet that the path crosses at the angle θ.
+
 Sionna is imported only when a scene is traced, and only after a check of the version of the LLVM
 library that compiles its kernels: with versions 15 and 16 the process aborts.
 """
@@ -27,7 +31,7 @@ from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import AtFrequency, Capability, no_paths, without_weak
 from polychirp.channel.materials.library import NamedMaterial, check_materials, material_table
 from polychirp.constants import SPEED_OF_LIGHT, VACUUM_PERMITTIVITY
@@ -447,7 +451,7 @@ class _SionnaPaths(NamedTuple):
     ``pair`` ``(path, 2)`` transmitter and receiver; ``response`` ``(path, 2, 2)``, over receiving
     and transmitting (θ, φ); ``shift`` Doppler, Hz ``(path,)``; ``kind`` ``(path, bounce)``,
     Sionna's number, 0 after the last bounce; ``part`` ``(path, bounce)``, an index of the parts;
-    ``point`` m ``(path, bounce, xyz)``
+    ``face`` ``(path, bounce)``, an index of the part's faces; ``point`` m ``(path, bounce, xyz)``
     """
 
     pair: IntArray
@@ -455,6 +459,7 @@ class _SionnaPaths(NamedTuple):
     shift: FloatArray
     kind: IntArray
     part: IntArray
+    face: IntArray
     point: FloatArray
 
 
@@ -463,6 +468,7 @@ def _found_paths(solved: Any, shapes: Mapping[int, int], origin: FloatArray) -> 
     real, imaginary = (np.asarray(x.numpy(), dtype=np.float64) for x in solved.a)
     kind = np.moveaxis(solved.interactions.numpy().astype(np.int64), 0, -1)
     shape = np.moveaxis(solved.objects.numpy().astype(np.int64), 0, -1)
+    face = np.moveaxis(solved.primitives.numpy().astype(np.int64), 0, -1)
     point = np.moveaxis(solved.vertices.numpy().astype(np.float64), 0, -2)
     chosen = (receiver, transmitter, path)
     part = np.zeros(kind[chosen].shape, dtype=np.int64)
@@ -474,11 +480,17 @@ def _found_paths(solved: Any, shapes: Mapping[int, int], origin: FloatArray) -> 
         shift=solved.doppler.numpy().astype(np.float64)[chosen],
         kind=kind[chosen],
         part=part,
+        face=face[chosen],
         point=point[chosen] + origin,
     )
 
 
-_BOUNCE_KINDS: Final = {1: Bounce.REFLECTION, 4: Bounce.TRANSMISSION, 8: Bounce.DIFFRACTION}
+_TRANSMITTED: Final = 4
+_BOUNCE_KINDS: Final = {
+    1: Bounce.REFLECTION,
+    _TRANSMITTED: Bounce.TRANSMISSION,
+    8: Bounce.DIFFRACTION,
+}
 """Our kinds of bounces, by the values of sionna.rt.constants.InteractionType."""
 
 
@@ -499,6 +511,7 @@ def _table(
     counts = np.count_nonzero(is_bounce, axis=1)
     ends = [scene.radar_position[found.pair[:, end]] for end in (0, 1)]
     length, kept = np.zeros(num_paths), np.ones(num_paths)
+    displaced = np.zeros(num_paths)
     departure, arrival = np.zeros((num_paths, 3)), np.zeros((num_paths, 3))
     rough = np.array([table[part.material].roughness for part in parts] or [0.0])
     for count in np.unique(counts):
@@ -513,8 +526,10 @@ def _table(
             mirrored = found.kind[mine, :count] == 1
             heights = rough[found.part[mine, :count]] * mirrored
             kept[mine] = _roughness_factor(heights, ways, frequency)
+            displaced[mine] = _displaced_air(found, mine, count, ways, parts, table)
     sign = np.array([-1.0, 1.0])  # our V is −θ, our H is φ
     turned = found.response * sign[:, None] * sign
+    factor = kept * np.exp(2j * np.pi * frequency / SPEED_OF_LIGHT * displaced)
     kinds = np.zeros(max(_BOUNCE_KINDS) + 1, dtype=np.int64)
     kinds[list(_BOUNCE_KINDS)] = list(_BOUNCE_KINDS.values())
     return PropagationPaths(
@@ -524,7 +539,7 @@ def _table(
         receiver=found.pair[:, 1],
         delay=length / SPEED_OF_LIGHT,
         delay_rate=-found.shift / frequency,
-        transfer=turned * kept[:, None, None],
+        transfer=turned * factor[:, None, None],
         departure=departure,
         arrival=arrival,
         bounce_start=np.concatenate([[0], np.cumsum(counts)]),
@@ -544,3 +559,27 @@ def _roughness_factor(heights: FloatArray, ways: FloatArray, frequency: float) -
     # reflection changes the direction by a vector of length 2 cosθ, θ the angle of incidence
     cosine = 0.5 * np.linalg.norm(np.diff(ways, axis=1), axis=-1)
     return np.asarray(np.prod(roughness_factor(1.0, heights * cosine, frequency), axis=1))
+
+
+def _displaced_air(
+    found: _SionnaPaths,
+    mine: BoolArray,
+    count: int,
+    ways: FloatArray,
+    parts: Sequence[_Part],
+    table: Mapping[str, Material],
+) -> FloatArray:
+    """Sum of t·cosθ over the sheets that paths cross, m ``(path,)``.
+
+    ``mine`` is a mask of paths with ``count`` bounces; ``ways`` ``(path, leg, xyz)`` are the
+    directions of their legs.
+    """
+    total = np.zeros(len(ways))
+    crosses = found.kind[mine, :count] == _TRANSMITTED
+    for path, bounce in zip(*np.nonzero(crosses), strict=True):
+        part = parts[found.part[mine, bounce][path]]
+        a, b, c = part.corner[found.face[mine, bounce][path]]
+        normal = np.cross(b - a, c - a)
+        cosine = abs(normal @ ways[path, bounce]) / np.linalg.norm(normal)
+        total[path] += table[part.material].thickness * cosine
+    return total

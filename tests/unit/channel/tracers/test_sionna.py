@@ -14,6 +14,7 @@ from polychirp.channel.tracers import sionna
 from polychirp.channel.tracers.sionna import SionnaRt, llvm_version, usable_llvm
 from polychirp.errors import CapabilityError, InputError, ModelWarning
 from polychirp.frames import Pose
+from polychirp.model.material import Material
 from polychirp.model.mesh import Plate
 from polychirp.model.scene import Actor, PointScatterer
 from polychirp.testing.shapes import around, mesh_of, sphere
@@ -172,6 +173,28 @@ def test_roughness_takes_from_a_mirror_what_the_angle_says():
     ways = np.array([[[1.0, 0, 0], [0, 1.0, 0]]])
     kept = sionna._roughness_factor(np.array([[3e-4]]), ways, 79e9)
     assert kept[0] == pytest.approx(np.exp(-((k * 3e-4) ** 2)), rel=1e-12)
+
+
+def test_the_air_that_a_pane_displaces_counts_once():
+    """Sionna's delay has it, and its coefficient of the pane has the pane from face to face.
+
+    A straight way meets a pane of 4 mm at 60°, of which the second face lies elsewhere.
+    """
+    pane = np.array([[[0.0, 0, 0], [0, 1, 0], [0, 0, 1]], [[9.0, 0, 0], [9, 1, 0], [8, 0, 0]]])
+    part = sionna._Part(actor=0, material="pane", corner=pane)
+    ways = np.array([[[0.5, np.sqrt(0.75), 0.0]] * 2])
+    found = sionna._SionnaPaths(
+        pair=np.array([[0, 1]]),
+        response=np.ones((1, 2, 2), dtype=np.complex128),
+        shift=np.zeros(1),
+        kind=np.array([[4, 0]]),
+        part=np.zeros((1, 2), dtype=np.int64),
+        face=np.zeros((1, 2), dtype=np.int64),
+        point=np.zeros((1, 2, 3)),
+    )
+    table = {"pane": Material(relative_permittivity=6.0, thickness=4e-3)}
+    air = sionna._displaced_air(found, np.array([True]), 1, ways, [part], table)
+    assert air.tolist() == pytest.approx([2e-3])
 
 
 def test_importing_the_tracer_loads_no_heavy_library():
