@@ -200,7 +200,7 @@ def _rail_mesh(length: float, post_spacing: float) -> Mesh:
     """Beam with its face to +y, and posts behind it."""
     builder, fine = SurfaceBuilder(), Fineness(max_edge=FURNITURE_EDGE)
     back = Fineness(max_edge=FURNITURE_EDGE, coarseness=BACK_COARSENESS)
-    for side, fineness in ((1, fine), (-1, back)):
+    for side, fineness in ((-1, fine), (1, back)):
         lines = [builder.line(place) for place in _beam_lines(length, fineness)]
         builder.net(lines[::side], part="beam", material="metal")
     posts = round(length / post_spacing)
