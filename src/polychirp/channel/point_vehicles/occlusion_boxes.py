@@ -21,6 +21,15 @@ OWN_BOX_SETBACK: Final = 1e-3
 """Distance behind a radar, m, to which a face of its own vehicle's box is moved. Chosen: it is more
 than the rounding errors of positions, and less than the size of any part of a vehicle."""
 
+OWN_CORNER: Final = 0.5
+"""Greatest depth of a radar behind a second face of its own vehicle's box, m, that does not hide
+what the radar looks at. Chosen: boxes of the built-in bodies, which have round corners and mirrors,
+are up to 0.31 m beside radars at the corners."""
+
+LEAST_TOWARDS: Final = math.sin(math.radians(15.0))
+"""Cosine of the greatest angle between a radar's axis and the normal of a second face that it looks
+out of. Chosen: radars at corners are turned by some 30 to 60° from both faces."""
+
 NO_BOX_PLACE: Final = 1e30
 """Coordinates, m, of the empty box that replaces a missing one. Chosen: no ray comes so far."""
 
@@ -81,11 +90,13 @@ def own_boxes(scene: Scene, boxes: Boxes) -> Boxes:
     """Boxes of the radars' carriers; if a radar is inside, the nearest face moves behind it.
 
     A radar behind a bumper or a mirror is thus outside the box, which still hides what is on the
-    vehicle's other side. A carrier without a box has an empty one at `NO_BOX_PLACE`.
+    vehicle's other side. A radar at a corner looks out of two faces, which both move. A carrier
+    without a box has an empty one at `NO_BOX_PLACE`.
     """
     number = {int(actor): row for row, actor in enumerate(boxes.actor)}
     rows = []
-    for place, carrier in zip(scene.radar_position, scene.carriers, strict=True):
+    axes = scene.radar_rotation[..., 0]
+    for place, axis, carrier in zip(scene.radar_position, axes, scene.carriers, strict=True):
         if carrier not in number:
             nowhere = np.full(3, NO_BOX_PLACE)
             rows.append((np.eye(3), np.zeros(3), nowhere, nowhere, carrier))
@@ -94,12 +105,12 @@ def own_boxes(scene: Scene, boxes: Boxes) -> Boxes:
         local = (place - position) @ turn
         depth = np.concatenate([local - low, high - local])
         if np.all(depth > -OWN_BOX_SETBACK):
-            face = int(np.argmin(depth))
-            low, high = low.copy(), high.copy()
-            if face < 3:
-                low[face] = local[face] + OWN_BOX_SETBACK
-            else:
-                high[face - 3] = local[face - 3] - OWN_BOX_SETBACK
+            ahead = axis @ turn
+            moves = (depth < OWN_CORNER) & (np.concatenate([-ahead, ahead]) > LEAST_TOWARDS)
+            nearest = int(np.argmin(depth))
+            moves[nearest], moves[(nearest + 3) % 6] = True, False
+            low = np.where(moves[:3], local + OWN_BOX_SETBACK, low)
+            high = np.where(moves[3:], local - OWN_BOX_SETBACK, high)
         rows.append((turn, position, low, high, carrier))
     return Boxes(
         rotation=np.array([row[0] for row in rows]).reshape(-1, 3, 3),

@@ -130,6 +130,26 @@ def test_a_radar_near_a_face_of_its_own_vehicle_sees_outward_and_not_through(mou
     assert hidden(obstacles, place - 10 * way)
 
 
+@pytest.mark.parametrize("forwards", [1, -1])
+@pytest.mark.parametrize("left", [1, -1])
+def test_a_radar_at_a_corner_sees_out_of_both_faces(forwards, left):
+    """The car's round corner is within the box: the mesh hides nothing up to 90° off the axis."""
+    place = np.array([forwards * 2.144, left * 0.758, 0.0])
+    axis = np.arctan2(left, forwards)
+    own = car("own", x=3.0, y=-2.0, yaw=0.7)
+    obstacles = street(own, mounts=(Pose(x=place[0], y=place[1], yaw=float(axis)),))
+    for off in np.radians([-85.0, -60.0, -30.0, 0.0, 30.0, 60.0, 85.0]):
+        way = np.array([np.cos(axis + off), np.sin(axis + off), 0.0])
+        assert not hidden(obstacles, own.pose.to_outer(place + 20 * way))
+    assert hidden(obstacles, own.pose.to_outer(place - 20 * np.array([forwards, left, 0.0])))
+
+
+def test_a_radar_that_looks_ahead_beside_a_corner_does_not_see_through_the_side():
+    obstacles = street(car("own"), mounts=(Pose(x=2.25, y=0.6),))
+    assert not hidden(obstacles, (2.5, 20.0, 0.0))
+    assert hidden(obstacles, (-15.0, 10.0, 0.0))
+
+
 def test_a_carrier_without_a_body_hides_nothing():
     obstacles = street(Actor(name="own", kind="vehicle"))
     assert not hidden(obstacles, (-10, 0, 0))
