@@ -38,6 +38,8 @@ class RangeProfiles:
 class RangeRateSpectra:
     """Spectra of a whole frame over range rate and range, one for every channel.
 
+    They are transforms over equal chirps, and periodic in the range rate.
+
     Parameters
     ----------
     amplitude : V, ``(channel, range_rate, range)``
@@ -63,7 +65,10 @@ class RangeRateSpectra:
         for one in self.amplitude:
             power += one.real**2 + one.imag**2
         return RangeRateMap(
-            power=power / len(self.amplitude), range_rate=self.range_rate, range=self.range
+            power=power / len(self.amplitude),
+            range_rate=self.range_rate,
+            range=self.range,
+            is_periodic=True,
         )
 
 
@@ -76,11 +81,14 @@ class RangeRateMap:
     power : W at the analogue-to-digital converter, ``(range_rate, range)``
     range_rate : m/s, positive = away, ``(range_rate,)``, growing
     range : m, ``(range,)``, growing
+    is_periodic : True if echoes whose range rates are beyond the map appear within it, whole spans
+        of it away, as over equal chirps; False if they are not in it
     """
 
     power: Annotated[FloatArray, Axes("range_rate", "range")]
     range_rate: PerRangeRate
     range: PerRange
+    is_periodic: bool = False
 
     def __post_init__(self) -> None:
         seal(self)

@@ -76,20 +76,40 @@ def detection_marks(
     power_db: FloatArray,
     causes: Sequence[str],
     origins: Sequence[str],
+    folded: FloatArray | None = None,
 ) -> list[dict[str, Any]]:
-    """Detections as values for JSON; a script draws them by their ``cause``, a key of `causes`."""
+    """Detections as values for JSON; a script draws them by their ``cause``, a key of `causes`.
+
+    ``folded`` are the range rates at which they are in the map; by default they are their own.
+    """
     return [
         {
             "range": round(float(r), 2),
-            "speed": round(-float(rate), 2),
+            **speeds(rate, place),
             "power": tenths(float(power)),
             "cause": cause,
             "origin": origin,
         }
-        for r, rate, power, cause, origin in zip(
-            range_, range_rate, power_db, causes, origins, strict=True
+        for r, rate, place, power, cause, origin in zip(
+            range_,
+            range_rate,
+            range_rate if folded is None else folded,
+            power_db,
+            causes,
+            origins,
+            strict=True,
         )
     ]
+
+
+def speeds(range_rate: float, folded: float) -> dict[str, float]:
+    """Closing speed as a value for JSON, and that at which it is ``folded`` into a map, if another.
+
+    >>> speeds(-3.0, -3.0), speeds(-15.2, 1.3)
+    ({'speed': 3.0}, {'speed': 15.2, 'folded': -1.3})
+    """
+    own = {"speed": round(-float(range_rate), 2)}
+    return own if folded == range_rate else {**own, "folded": round(-float(folded), 2)}
 
 
 def map_data(*, range_: FloatArray, range_rate: FloatArray, power_db: FloatArray) -> dict[str, Any]:

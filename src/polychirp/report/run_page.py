@@ -11,7 +11,15 @@ from polychirp.axes import FloatArray
 from polychirp.receiver.overview.pooling import group_means, pooled
 from polychirp.receiver.overview.range_rate import range_rate_map
 from polychirp.receiver.selection import AnyReceiver
-from polychirp.report.page_data import causes, detection_marks, map_data, rounded, tenths
+from polychirp.report.figures.range_rate_parts import folded_rates
+from polychirp.report.page_data import (
+    causes,
+    detection_marks,
+    map_data,
+    rounded,
+    speeds,
+    tenths,
+)
 from polychirp.report.page_parts import (
     Table,
     figure_of,
@@ -103,6 +111,7 @@ def frame_data(victim: StoredVictim, receiver: AnyReceiver) -> dict[str, Any]:
     rates, ranges = MAP_CELLS
     power = pooled(pooled(map_.power, most=rates, axis=0), most=ranges, axis=1)
     found, truth = victim.detections, victim.truth
+    folded = folded_rates(truth.range_rate, map_)
     return {
         "key": victim.name,
         "reach": round(float(map_.range[-1]), 3),
@@ -116,7 +125,7 @@ def frame_data(victim: StoredVictim, receiver: AnyReceiver) -> dict[str, Any]:
             {
                 "name": name,
                 "range": round(float(truth.range[n]), 2),
-                "speed": round(-float(truth.range_rate[n]), 2),
+                **speeds(truth.range_rate[n], folded[n]),
                 "found": bool(victim.score.is_detected[n]),
             }
             for n, name in enumerate(truth.name)
@@ -125,6 +134,7 @@ def frame_data(victim: StoredVictim, receiver: AnyReceiver) -> dict[str, Any]:
         "marks": detection_marks(
             range_=found.range,
             range_rate=found.range_rate,
+            folded=folded_rates(found.range_rate, map_),
             power_db=_dbm(found.power),
             causes=victim.score.nature,
             origins=victim.score.origin,

@@ -12,14 +12,16 @@ FIRST, STEP, CELLS = -8.0, 1.0, 16
 """The map tells range rates of -8.5 to 7.5 m/s apart, a span of 16 m/s."""
 
 
-def drawn(*, rates):
+def drawn(*, rates, is_periodic=True):
     """Maps of noise and of a target at 20 m and -30 m/s, in the cell of 2 m/s, and detections."""
     range_rate, range_ = FIRST + STEP * np.arange(CELLS), np.arange(40.0)
     power = np.full((CELLS, range_.size), 1e-12)
     bright = power.copy()
     bright[10, 20] = 1e-6
     maps = {
-        name: RangeRateMap(power=cells, range_rate=range_rate, range=range_)
+        name: RangeRateMap(
+            power=cells, range_rate=range_rate, range=range_, is_periodic=is_periodic
+        )
         for name, cells in (("noise", power), ("all", bright))
     }
     ones = np.ones(len(rates))
@@ -78,3 +80,12 @@ def test_folded_range_rates_are_within_half_a_cell_of_the_map():
     assert folded.max() < 7.5
     turns = (rates - folded) / 16.0
     assert turns == pytest.approx(np.round(turns), abs=1e-12)
+
+
+def test_a_map_that_is_not_periodic_has_no_mark_for_range_rates_beyond_it():
+    """Ramps that differ tell all range rates apart: no echo of -30 m/s is at 2 m/s."""
+    _, figure = drawn(rates=[18.0], is_periodic=False)
+    marks = marks_of(figure, 1)
+    assert marks["target"].get_xdata().tolist() == [-30.0]
+    assert marks["detection"].get_xdata().tolist() == [18.0]
+    assert figure.axes[1].get_xlim() == (-8.0, 7.0)

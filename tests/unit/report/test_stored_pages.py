@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from polychirp.cli.app import main
+from polychirp.model.spectra import RangeRateMap
 from polychirp.report.page_data import causes
 from polychirp.report.run_page import frame_data, run_page, write_run_page
 from polychirp.report.statistics import short, within
@@ -50,6 +51,28 @@ def test_a_frame_has_its_detections_and_visible_targets_alone(run):
     assert [target["name"] for target in data["targets"]] == ["car"]
     assert len(data["marks"]) == victim.detections.num_detections
     assert {mark["cause"] for mark in data["marks"]} <= causes().keys()
+
+
+def test_speeds_beyond_a_map_of_equal_chirps_are_where_the_map_has_their_echoes(run, monkeypatch):
+    """Otherwise their circles and marks are outside of the map, which has no echo there."""
+    victim = run.victim("front")
+    rate = np.arange(-4.0, 4.0)
+    map_ = RangeRateMap(
+        power=np.ones((8, 50)), range_rate=rate, range=np.arange(50.0), is_periodic=True
+    )
+    monkeypatch.setattr("polychirp.report.run_page.part_views", lambda *_: {"all": map_})
+    count = victim.detections.num_detections
+    fast = replace(
+        victim,
+        truth=replace(victim.truth, range_rate=np.full(len(victim.truth.name), -15.0)),
+        detections=replace(victim.detections, range_rate=np.full(count, 2.0)),
+    )
+    data = frame_data(fast, STUDY.receiver)
+    assert [(one["speed"], one["folded"]) for one in data["targets"]] == [(15.0, -1.0)]
+    assert all(mark["speed"] == -2.0 and "folded" not in mark for mark in data["marks"])
+    map_ = replace(map_, is_periodic=False)
+    monkeypatch.setattr("polychirp.report.run_page.part_views", lambda *_: {"all": map_})
+    assert all("folded" not in one for one in frame_data(fast, STUDY.receiver)["targets"])
 
 
 def test_a_target_out_of_sight_is_not_called_missed(run):

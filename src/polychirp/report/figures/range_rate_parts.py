@@ -26,9 +26,9 @@ def range_rate_parts(
 ) -> Drawing:
     """A range-rate map of each part, with the visible targets; its data are the cells drawn.
 
-    Detections are drawn in the last map. The range rates of targets and detections are folded into
-    the span of the maps, so that they lie on their cells; a diamond marks a detection whose own
-    range rate is outside of that span.
+    Detections are drawn in the last map. In maps that are periodic, the range rates of targets and
+    detections are folded into the span of the maps, so that they lie on their cells; a diamond
+    marks a detection whose own range rate is outside of that span.
     """
     *_, last = maps
     surfaces = {name: _surface(map_) for name, map_ in maps.items()}
@@ -70,8 +70,11 @@ def _surface(map_: RangeRateMap) -> Surface:
 def folded_rates(range_rate: FloatArray, map_: RangeRateMap) -> FloatArray:
     """Range rates from which whole spans of the map are subtracted, so that a cell has each.
 
-    Those within half a cell of the map are among its cells and stay as they are.
+    Those within half a cell of the map are among its cells and stay as they are, and so do all
+    where the map is not periodic: it has no echoes of range rates beyond it.
     """
+    if not map_.is_periodic:
+        return range_rate
     step = map_.range_rate[1] - map_.range_rate[0]
     first, span = map_.range_rate[0] - 0.5 * step, step * map_.range_rate.size
     return np.asarray(range_rate - span * np.floor((range_rate - first) / span))

@@ -207,6 +207,9 @@ function mapPicture(map) {
   return map.picture;
 }
 
+/* Closing speed at which a map has a target, a detection or the pointer. */
+const onMap = ({ speed, folded = speed }) => folded;
+
 /* Power over range and closing speed, with targets as circles. */
 function drawMap(canvas, row, { causes, cursor }) {
   const axes = new PlotAxes(canvas, row.reach, row.map.speed, "Closing speed (m/s)");
@@ -220,11 +223,11 @@ function drawMap(canvas, row, { causes, cursor }) {
     Object.assign(pen, { strokeStyle: "#ffffff", lineWidth: 1.5 });
     for (const target of row.targets) {
       pen.beginPath();
-      pen.arc(axes.px(target.range), axes.py(target.speed), 11, 0, 2 * Math.PI);
+      pen.arc(axes.px(target.range), axes.py(onMap(target)), 11, 0, 2 * Math.PI);
       pen.stroke();
     }
-    spots = axes.marks(row, causes, (mark) => mark.speed);
-    if (cursor) axes.cursor(cursor, cursor.speed);
+    spots = axes.marks(row, causes, onMap);
+    if (cursor) axes.cursor(cursor, onMap(cursor));
   });
   return { axes, spots };
 }
