@@ -18,6 +18,7 @@ from polychirp.frames import Pose
 from polychirp.model.antenna import ISOTROPIC, AntennaArray, ElementPattern
 from polychirp.model.front_end import Digitiser, FrontEnd, HighPass
 from polychirp.model.if_filter import IfFilter
+from polychirp.model.if_frame import sample_times
 from polychirp.model.leakage import Bumper
 from polychirp.model.radar import Converter
 from polychirp.receiver.coherent.chain import CoherentReceiver
@@ -45,9 +46,11 @@ from polychirp.study.trial import Trial, run_trial
 from polychirp.traffic.street import Building, Point, Street, Vehicle
 from polychirp.units import from_db
 from polychirp.waveform import (
+    DiverseSawtooth,
     DiverseTriangular,
     DopplerDivision,
     Hopping,
+    PermutedChirps,
     Pmcw,
     Sawtooth,
     Subframes,
@@ -229,6 +232,47 @@ def test_diverse_ramps_give_limits_instead_of_values():
     assert 0.15 < radar.range_resolution[0] < radar.range_resolution[1] < 0.192
     assert 1e-3 < radar.ramp_duration[0] < radar.ramp_duration[1] < 2e-3
     assert radar.samples_per_ramp[0] < radar.samples_per_ramp[1]
+
+
+@pytest.mark.parametrize(
+    ("waveform", "ratio"),
+    [
+        (PermutedChirps(num_pieces=4, bandwidth=600e6, ramp_duration=40e-6), 4.0),
+        (Hopping(band=(76e9, 77e9), bandwidth=250e6, ramp_duration=10e-6, idle=2e-6), 4.0),
+        (DiverseSawtooth(start_frequency_spread=900e6, ramp_duration=10e-6), 3.0),
+    ],
+)
+def test_ramps_that_the_coherent_receiver_adds_in_phase_resolve_what_their_band_does(
+    waveform, ratio
+):
+    """Half of a point's power is where the sum of all samples' phasors says, not that of a ramp."""
+    converter = Converter(sample_rate=40e6, start=1e-6, margin=1e-6)
+    radar = StudyRadar(
+        name="front",
+        vehicle="ego",
+        waveform=waveform,
+        mount=BUMPER,
+        num_sweeps=256,
+        converter=converter,
+        if_filter=IfFilter(passband=15e6, stopband=18e6),
+    )
+    street = replace(STUDY.street, vehicles=STUDY.street.vehicles[:1])
+    study = replace(STUDY, street=street, radars=(radar,))
+    (derived,) = check(study).radars
+    (schedule,) = schedules_of(study)
+    times = sample_times(schedule, converter)
+    elapsed = times.first[0] + np.arange(times.num_samples[0]) / times.rate
+    frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * elapsed
+    apart = np.linspace(0.0, 1.0, 1001)
+    power = [
+        np.abs(np.mean(np.exp(4j * np.pi / SPEED_OF_LIGHT * one * frequency))) ** 2 for one in apart
+    ]
+    half = apart[np.argmax(np.array(power) < 0.5)]
+    assert derived.receiver == "coherent"
+    least, greatest = derived.range_resolution
+    assert least == greatest == pytest.approx(half / 0.443, rel=0.04)
+    of_a_ramp = SPEED_OF_LIGHT / (2.0 * np.ptp(frequency, axis=1).mean())
+    assert of_a_ramp / least > ratio
 
 
 def test_radars_draw_from_streams_of_their_own_name():
