@@ -142,8 +142,9 @@ def mean_count(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estima
     counts' dispersion (variance over mean) and multiplied by :math:`(z/t_{n-1})^2`. The variance is
     taken as at least :math:`1 - (\alpha/2)^{1/n}`: if counts differed in this share of the trials,
     n equal counts would occur with the probability α/2; but not above the mean, so that few single
-    events have the interval of a Poisson number. A single trial and counts that are all zero are
-    not scaled.
+    events have the interval of a Poisson number. Counts that are all zero are not scaled. The
+    limits are NaN for a single trial with events, which does not show how these cluster: an
+    interferer makes dozens of ghosts at once or none.
 
     >>> found = mean_count(np.zeros(100))
     >>> found.value, round(found.high, 3)
@@ -153,7 +154,9 @@ def mean_count(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estima
         return UNKNOWN_ESTIMATE
     mean, number, tail = float(counts.mean()), counts.size, 0.5 * (1 - level)
     draws = float(number)
-    if number > 1 and mean > 0:
+    if number == 1 and mean > 0:
+        return Estimate(value=mean, low=math.nan, high=math.nan)
+    if mean > 0:
         least = 1 - tail ** (1 / number)
         z = NormalDist().inv_cdf(1 - tail)
         dispersion = max(float(counts.var(ddof=1)), min(least, mean)) / mean

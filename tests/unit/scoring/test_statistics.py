@@ -84,6 +84,18 @@ def test_poisson_counts_have_garwoods_interval():
     assert (found.low, found.high) == pytest.approx(tuple(expected), rel=0.03)
 
 
+def test_a_single_trial_does_not_tell_how_ghosts_cluster():
+    """Poisson limits of one count hold a mean of counts that vary between trials hardly ever."""
+    one = mean_count(np.array([99.0]))
+    assert (one.value, math.isnan(one.low), math.isnan(one.high)) == (99.0, True, True)
+    none = mean_count(np.zeros(1))
+    assert (none.low, none.high) == pytest.approx((0.0, -math.log(0.025)))
+    rng = np.random.default_rng(6)
+    pairs = rng.poisson(rng.uniform(40.0, 150.0, size=(1000, 2))).astype(float)
+    found = [mean_count(pair) for pair in pairs]
+    assert np.mean([each.low <= 95.0 <= each.high for each in found]) > 0.92
+
+
 def test_what_both_variants_share_cancels_in_their_difference():
     """Paired draws tell a difference that independent ones could not."""
     rng = np.random.default_rng(4)
