@@ -19,9 +19,9 @@ POINT_HEAD: Final = (
     "Trials",
     "Detection probability",
     "Ghosts in a frame",
-    "Range error (m)",
-    "Speed error (km/h)",
-    "Floor rise (dB)",
+    "Range error, rms (m)",
+    "Speed error, rms (km/h)",
+    "Floor rise, median (dB)",
 )
 """Columns of the table of points, after those of the axes."""
 

@@ -12,7 +12,7 @@ from polychirp.model.spectra import RangeRateMap
 from polychirp.report.page_data import causes
 from polychirp.report.run_page import frame_data, run_page, write_run_page
 from polychirp.report.statistics import short, within
-from polychirp.report.study_page import _sentence
+from polychirp.report.study_page import POINT_HEAD, _sentence
 from polychirp.study.store.load import load_run
 from polychirp.study.store.save import save_run
 from tests.support.runs import BOTH, ORIGIN, STUDY
@@ -117,6 +117,12 @@ def test_points_without_targets_in_sight_leave_the_span_of_the_others():
     assert "0.50 to 1.00" in _sentence(rows)
     assert _sentence(rows[:1]).endswith("no target is in sight.")
     assert _sentence(rows[:2]).endswith("the detection probability is 0.50.")
+
+
+def test_the_table_of_points_says_which_errors_and_which_rise_it_has():
+    """The sums are rms errors, and the rise is a median over trials, as in the other tables."""
+    assert {"Range error, rms (m)", "Speed error, rms (km/h)"} <= set(POINT_HEAD)
+    assert "Floor rise, median (dB)" in POINT_HEAD
 
 
 def test_an_estimate_without_limits_is_shown_alone():
