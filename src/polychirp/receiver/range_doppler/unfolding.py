@@ -152,7 +152,8 @@ def _folds(
     interval = repetition_interval(frame.schedule)
     wavelength = SPEED_OF_LIGHT / middle_frequency(frame.schedule, frame.times)
     span = wavelength / (2.0 * length * interval)
-    every = range_rate[:, None] + span * np.arange(-(length // 2), length // 2 + 1)
+    # a peak between the last cell and the first one is half a cell beyond the span
+    every = range_rate[:, None] + span * np.arange(-(length // 2) - 1, length // 2 + 2)
     rates = np.take_along_axis(every, np.argsort(np.abs(every), axis=1)[:, :length], axis=1)
     late = interval * np.arange(length)
     turn = np.exp(-4j * np.pi * rates[..., None] * late / wavelength)

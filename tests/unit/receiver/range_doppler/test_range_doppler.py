@@ -222,3 +222,21 @@ def test_a_quantile_that_is_none_is_refused(quantile: float):
 def test_an_axis_that_does_not_grow_is_refused():
     with pytest.raises(InputError, match="must grow"):
         RangeRateMap(power=np.ones((2, 2)), range_rate=np.zeros(2), range=np.arange(2.0))
+
+
+@pytest.mark.parametrize("elements", [1, 2, 3])
+@pytest.mark.parametrize("share", [0.98, -0.98])
+def test_rates_near_the_end_of_the_span_keep_their_sign(elements: int, share: float):
+    """Such a peak is between the last cell of the map and the first one."""
+    silent = frame(12 * elements, transmit_weight=np.tile(np.eye(elements), (12, 1)))
+    array = AntennaArray(num_channels=2, num_transmitters=elements)
+    half = RangeDoppler().unambiguous_span(silent.schedule, array) / 2
+    times = silent.times.time
+    delay = 2 * (7.0 + share * half * (times - times.mean())) / SPEED_OF_LIGHT
+    in_ramp = times - silent.schedule.start_time[:, None]
+    echo = np.exp(2j * np.pi * (77e9 + 10e12 * (in_ramp - delay / 2)) * delay)
+    here = replace(silent, array=array, samples=np.stack([echo, echo]))
+    draw = np.random.default_rng(1).normal(scale=1e-3, size=(2, *here.samples.shape))
+    found = RangeDoppler().detect(here.with_samples(here.samples + draw[0] + 1j * draw[1]))
+    assert found.range_rate[0] == pytest.approx(share * half, abs=0.02 * half)
+    assert found.range[0] == pytest.approx(7.0, abs=0.03)
