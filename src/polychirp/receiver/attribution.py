@@ -1,6 +1,7 @@
 """Attribution of detections and floor to echo, interference and noise, through linear steps."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -43,6 +44,14 @@ noise of a cell as accurately. Chosen: four channels and two ramps."""
 
 FEWEST_NOISE_BINS: Final = 3
 """Least number of these bins; chosen: they are narrower than the main lobe of a taper."""
+
+FILLED_SPECTRA: Final = 1024
+"""Number of spectra of which a single bin tells the noise of a cell where mitigation fills gaps, to
+3 % where ramps count alike; chosen."""
+
+MOST_COPIES: Final = 16
+"""Greatest number of copies of the noise that are repaired; chosen: some repairs take half a second
+for each copy. The noise of two ramps of four channels is then known to a tenth."""
 
 
 def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, PartPowers]:
@@ -155,12 +164,21 @@ def _noise_powers(
     mean over channels and `NOISE_BINS` bins of the spectra about the beat, times the share of that
     mean that the few bins about the cell have in all ramps together (`_num_noise_bins`): behind a
     high-pass, and at the edge of the IF filter, the noise changes within `NOISE_BINS` bins.
+
+    Where mitigation fills gaps, it continues the noise of the echo's own beat into them, as it does
+    the echo: that noise is in the echo's bin, and differs from ramp to ramp. Each ramp's noise is
+    then that of the nearest bin, and copies of the noise at other frequencies, each repaired like
+    the noise itself, make up for few ramps.
     """
     cleaned = mitigated(receiver.mitigation, frame)
     weight, times = _tapered(receiver, cleaned.weight), frame.times
     size = spectrum_size(times)
-    spectra = power_spectra(cleaned.repair(noise), weight, size)
-    power = spectra.mean(axis=0)
+    repaired = cleaned.repair(noise)
+    is_filled = not np.array_equal(repaired, noise * (cleaned.weight > 0.0))
+    copies = _num_copies(len(noise) * len(weight)) if is_filled else 1
+    power = power_spectra(repaired, weight, size).mean(axis=0) / copies
+    for copy in _shifted_copies(noise, copies - 1, size):
+        power += power_spectra(cleaned.repair(copy), weight, size).mean(axis=0) / copies
     beat = beat_frequency(
         frame.schedule,
         times,
@@ -174,12 +192,37 @@ def _noise_powers(
     def about_the_beat(bins: int) -> FloatArray:
         return uniform_filter1d(power, min(bins, size), axis=1, mode="wrap")[ramp, number]
 
-    wide = about_the_beat(NOISE_BINS)
-    near = about_the_beat(_num_noise_bins(spectra.shape[0] * spectra.shape[1]))
-    share = near.sum(axis=1) / np.maximum(wide.sum(axis=1), 1e-300)
     # a ramp that mitigation has taken out has neither noise nor echo
     scale = np.sum(weight**2, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-100) ** 2
+    if is_filled:
+        return np.asarray(power[ramp, number] * scale)
+    wide = about_the_beat(NOISE_BINS)
+    near = about_the_beat(_num_noise_bins(len(noise) * len(weight)))
+    share = near.sum(axis=1) / np.maximum(wide.sum(axis=1), 1e-300)
     return np.asarray(share[:, None] * wide * scale)
+
+
+def _num_copies(num_spectra: int) -> int:
+    """Number of copies of the noise of so many spectra with which a single bin tells it.
+
+    >>> [_num_copies(number) for number in (1, 8, 64, 4096)]
+    [16, 16, 16, 1]
+    """
+    return min(MOST_COPIES, math.ceil(FILLED_SPECTRA / num_spectra))
+
+
+def _shifted_copies(noise: ComplexArray, count: int, size: int) -> Iterator[ComplexArray]:
+    """Copies of the noise, up to half of `NOISE_BINS` bins of ``size`` away.
+
+    Copies of real noise are real, and are shifted up and down at once.
+    """
+    half = NOISE_BINS // 2
+    cycles = np.linspace(-half, half, count)[:, None] / size * np.arange(noise.shape[-1])
+    is_real = not np.any(noise.imag)
+    for number, turn in enumerate(2.0 * np.pi * cycles):
+        # a quarter turn between copies lets the envelopes of real ones add up to a constant
+        tone = np.sqrt(2.0) * np.cos(turn + 0.5 * np.pi * number) if is_real else np.exp(1j * turn)
+        yield noise * tone
 
 
 def _num_noise_bins(num_spectra: int) -> int:

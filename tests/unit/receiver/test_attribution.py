@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from polychirp.model.if_frame import PARTS, IfParts
+from polychirp.model.truth import Truth
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.attribution import detected, floor_rise, part_amplitudes
+from polychirp.receiver.attribution import detected, floor_rise, part_amplitudes, target_levels
 from polychirp.receiver.clustering import Body
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
+from polychirp.receiver.mitigation import Autoregression, Blanking, Burg, Imat, StftExcision
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.signal_model.point_signal import (
@@ -177,3 +178,54 @@ def test_parts_add_up_to_the_receivers_amplitude_after_mitigation(mitigation):
 def test_a_steady_ghost_does_not_count_as_floor():
     frame, parts = dissected()
     assert floor_rise(CoherentReceiver(), frame, parts) == pytest.approx(1.0, abs=0.5)
+
+
+@pytest.mark.parametrize("is_real", [False, True])
+@pytest.mark.parametrize(
+    "mitigation", [Blanking(guard=0.0), Burg(guard=0.0), Autoregression(guard=0.0, longest_gap=8.0)]
+)
+def test_the_snr_after_filling_counts_the_noise_that_filling_repeats(mitigation, is_real):
+    """The loss of SNR is that of drawn noise in the echo's beats, through the same repair."""
+    clean = frame_of(RAMPS, [HandPoint(range=9.0, power=1e3)], noise=0.0)
+    scale, kept = (2.0, np.real) if is_real else (1.0, np.asarray)
+    echo = (scale * kept(clean.samples)).astype(complex)
+    noise = scale * kept(frame_of(RAMPS, [], seed=2).samples)
+    burst = np.zeros_like(echo)
+    burst[:, :, 400:800] = 3e3
+    samples = np.stack([echo, burst, noise]).astype(np.complex128)
+    frame = clean.with_samples(samples.sum(axis=0))
+    parts = IfParts(samples=samples, names=("echo", "direct", "noise"))
+    nil = np.zeros(1)
+    there = Truth(
+        time=0.5 * (RAMPS.start_time[0] + RAMPS.end_time[-1]),
+        name=("point",),
+        range=nil + 9.0,
+        range_rate=nil,
+        azimuth=nil,
+        elevation=nil,
+        point=np.array([[9.0, 0.0, 0.0]]),
+        is_visible=np.array([True]),
+    )
+    repaired = mitigated(mitigation, frame)
+    tone = clean.samples / np.maximum(np.abs(clean.samples), 1e-300)
+    taper = np.zeros(frame.times.is_sample.shape)
+    for row, length in zip(taper, frame.times.num_samples, strict=True):
+        row[:length] = np.hanning(length + 2)[1:-1]
+
+    def matched(samples, weight):
+        per_ramp = np.sum(tone.conj() * taper * weight * samples, axis=-1)
+        return per_ramp / (taper * weight).sum(axis=-1)
+
+    whole = np.ones_like(repaired.weight)
+    several = [frame_of(RAMPS, [], seed=seed).samples for seed in range(10, 60)]
+    draws = [(scale * kept(draw)).astype(complex) for draw in several]
+    before, after = (
+        np.abs(matched(one_of(echo), weight).sum()) ** 2
+        / np.mean([np.sum(np.abs(matched(one_of(draw), weight)) ** 2) for draw in draws])
+        for one_of, weight in ((np.asarray, whole), (repaired.repair, repaired.weight))
+    )
+    bare, cleaned = (
+        target_levels(CoherentReceiver(mitigation=method), frame, parts, there).snr[0]
+        for method in (None, mitigation)
+    )
+    assert 10 * np.log10(cleaned / bare) == pytest.approx(10 * np.log10(after / before), abs=1.0)
