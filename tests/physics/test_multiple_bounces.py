@@ -580,7 +580,7 @@ def test_a_radars_own_carrier_is_neither_first_nor_last():
     scene = replace(scene, actors=(carrier, wall))
     found = tubes(scene)
     assert found.num_paths > 0
-    assert np.all(found.bounce_actor == 1)
+    assert np.all(found.bounce_actor.reshape(-1, 3) == [1, 0, 1])
     # there, back to the carrier, there again, and back
     assert np.min(found.delay * SPEED_OF_LIGHT) == pytest.approx(2 * (2.03 + 2.06), abs=0.05)
 
@@ -611,3 +611,46 @@ def test_impossible_tubes_are_refused(how):
 
 def test_without_bodies_there_are_no_paths():
     assert tubes(around([], [(0, 0, 0)])).num_paths == 0
+
+
+def facing(side, name, **pose):
+    return Actor(
+        name=name, kind="object", mesh=mesh_of(plate(side, 0.05), "metal"), pose=Pose(**pose)
+    )
+
+
+WALL_OF_A_HOUSE = Actor(
+    name="wall",
+    kind="object",
+    pose=Pose(x=-3.0),
+    plates=(
+        Plate(centre=(0, 0, 0), half_u=(0, 1, 0), half_v=(0, 0, 1), material="metal", part="w"),
+    ),
+)
+
+
+@pytest.mark.parametrize("wall", [facing(2.0, "wall", x=-3.0), WALL_OF_A_HOUSE])
+def test_a_way_from_a_body_back_to_it_has_the_surface_between(wall):
+    """The radar is 5 m before a plate and 3 m before a wall: plate, wall, plate are 13 m away.
+
+    By images its echo is λ/(4π·26 m), as the plate and the wall are both as mirrors.
+    """
+    scene = around([facing(1.0, "target", x=5.0, yaw=np.pi), wall], [(0.0, 0.0, 0.0)])
+    found = tubes(scene)
+    length = 0.5 * SPEED_OF_LIGHT * found.delay
+    there = found.select(np.abs(length - 13.0) < 0.05)
+    assert there.num_paths
+    assert np.all(there.num_bounces == 3)
+    assert np.all(there.bounce_actor.reshape(-1, 3) == [1, 2, 1])
+    assert np.all(there.is_mirrored)
+    assert there.bounce_point.reshape(-1, 3, 3)[:, :, 0] == pytest.approx(
+        np.tile([5.0, -3.0, 5.0], (there.num_paths, 1)), abs=0.01
+    )
+    power = np.abs(transfer_at(there, FREQUENCY)[0, 0]) ** 2
+    assert to_db(power) == pytest.approx(to_db((WAVELENGTH / (4 * np.pi * 26.0)) ** 2), abs=1.0)
+
+
+def test_a_corner_of_one_body_has_no_surface_between_its_sides():
+    found = tubes(around([body(trihedral(0.2, 0.05))], [(6.0, 0.0, 0.0)]))
+    assert np.all(found.num_bounces == 2)
+    assert not np.any(found.is_mirrored)

@@ -1,6 +1,6 @@
 r"""Paths from contributions: one for every smooth cell of path length.
 
-Contributions c with the same transmitter, first body, last body and receiver are summed in cells
+Contributions c with the same transmitter, bodies, detour and receiver are summed in cells
 of total path length with smooth weights w, a partition of unity. With S = Σwc, a cell's path has
 
 .. math:: A = S e^{jkL}, \qquad
@@ -17,11 +17,14 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.channel.base import no_paths, path_table
+from polychirp.channel.base import gather, no_paths, path_table
 from polychirp.channel.physical_optics.kernels import CELL_LENGTH
 from polychirp.channel.scene.world import World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
+
+NO_ACTOR: Final = -1
+"""`Contributions.detour` of waves that no other actor reflects on their way."""
 
 
 class Contributions(NamedTuple):
@@ -30,7 +33,9 @@ class Contributions(NamedTuple):
     ``pair`` (transmitter, receiver) and ``body`` (first, last) are numbers, ``(contribution, 2)``.
     ``transfer`` ``(contribution, receiving, transmitting)`` includes the phase of ``length``, m,
     whose ``rate`` is in m/s and ``acceleration`` in m/s². ``direction`` (of departure, of arrival)
-    and ``point``, m, on (the first, the last) body are ``(contribution, 2, xyz)``.
+    and ``point``, m, on (the first, the last) body are ``(contribution, 2, xyz)``. Where both
+    bodies are of one actor, ``detour`` is another actor that reflects the wave between them, at
+    ``detour_point``, m ``(contribution, xyz)``; it is `NO_ACTOR` if there is none.
     """
 
     pair: IntArray
@@ -41,6 +46,8 @@ class Contributions(NamedTuple):
     acceleration: FloatArray
     direction: FloatArray
     point: FloatArray
+    detour: IntArray
+    detour_point: FloatArray
 
     def of(self, which: IntArray) -> "Contributions":
         """The contributions with the numbers ``which``."""
@@ -67,6 +74,8 @@ NO_CONTRIBUTIONS: Final = Contributions(
     acceleration=np.zeros(0),
     direction=np.zeros((0, 2, 3)),
     point=np.zeros((0, 2, 3)),
+    detour=np.zeros(0, dtype=np.int64),
+    detour_point=np.zeros((0, 3)),
 )
 """Table of contributions without rows."""
 
@@ -115,7 +124,7 @@ def cell_paths(world: World, found: Contributions) -> PropagationPaths:
     weight = np.concatenate([1.0 - share, share])
     some = np.flatnonzero(weight > 0)
     twice, weight = np.tile(np.arange(len(x)), 2)[some], weight[some]
-    ends = np.concatenate([half.pair, half.body], axis=1)[twice]
+    ends = np.column_stack([half.pair, half.body, half.detour - NO_ACTOR])[twice]
     key = np.column_stack([ends, np.concatenate([number, number + 1])[some]])
     code = np.ravel_multi_index(tuple(key.T), tuple(key.max(axis=0) + 1))
     _, first, cell = np.unique(code, return_index=True, return_inverse=True)
@@ -125,7 +134,10 @@ def cell_paths(world: World, found: Contributions) -> PropagationPaths:
 
 
 def _paths(world: World, key: IntArray, sums: _Sums, parts: Contributions) -> PropagationPaths:
-    """One path and its reverse for every cell; ``key`` ``(cell, 5)``: pair, bodies, number."""
+    """One path and its reverse for every cell.
+
+    ``key`` ``(cell, 6)``: pair, bodies, detour from `NO_ACTOR` on, and number.
+    """
     flat = parts.transfer.reshape(-1, 4)
     total = sums(flat.real) + 1j * sums(flat.imag)
     power = np.sum(np.abs(total) ** 2, axis=-1)
@@ -135,7 +147,7 @@ def _paths(world: World, key: IntArray, sums: _Sums, parts: Contributions) -> Pr
     share = moment.real
     weight = np.sum(np.abs(flat) ** 2, axis=-1)
     weight /= sums(weight)[sums.cell]
-    middle = CELL_LENGTH * key[:, 4]
+    middle = CELL_LENGTH * key[:, 5]
     numbers = np.concatenate(
         [(parts.length - middle[sums.cell])[:, None], parts.rate[:, None],
          parts.acceleration[:, None], parts.direction.reshape(-1, 6)], axis=1
@@ -157,8 +169,12 @@ def _paths(world: World, key: IntArray, sums: _Sums, parts: Contributions) -> Pr
         acceleration=mean[:, 2] + motion.glide,
         direction=mean[:, 3:].reshape(-1, 2, 3),
         point=sums(weight[:, None, None] * parts.point),
+        detour=key[:, 4] + NO_ACTOR,
+        detour_point=sums(weight[:, None] * parts.detour_point),
     )
-    return _table(world, found, motion.coherence_time)
+    some = [found.detour == NO_ACTOR, found.detour != NO_ACTOR]
+    rows = [np.flatnonzero(mask) for mask in some]
+    return gather([_table(world, found.of(n), motion.coherence_time[n]) for n in rows if len(n)])
 
 
 MOST_GLIDE: Final = 300.0
@@ -209,9 +225,14 @@ class _Motion:
 
 
 def _table(world: World, found: Contributions, coherence: FloatArray) -> PropagationPaths:
-    """Table of paths, and of their reverse where they join two radars."""
+    """Table of paths, and of their reverse where they join two radars.
+
+    All of them have a detour, or none has.
+    """
     back = np.flatnonzero(found.pair[:, 0] != found.pair[:, 1])
     both = joined([found, found.reversed.of(back)])
+    has_detour = np.all(both.detour != NO_ACTOR)
+    between = [(Bounce.REFLECTION, both.detour, both.detour_point)] if has_detour else []
     return path_table(
         scene=world.scene,
         frequency=world.frequency,
@@ -223,6 +244,7 @@ def _table(world: World, found: Contributions, coherence: FloatArray) -> Propaga
         arrival=both.direction[:, 1],
         bounces=[
             (Bounce.REFLECTION, world.body[both.body[:, 0]], both.point[:, 0]),
+            *between,
             (Bounce.SCATTERING, world.body[both.body[:, 1]], both.point[:, 1]),
         ],
         coherence_time=np.concatenate([coherence, coherence[back]]),

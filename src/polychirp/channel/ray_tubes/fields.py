@@ -22,6 +22,9 @@ MIN_FIELD_POWER: Final = 1e-8
 NOT_REFLECTED: Final = -2
 """`Ray.part` of a ray that has met no surface."""
 
+NO_DETOUR: Final = -1
+"""`Detour.number` of a ray that was reflected by its first body alone."""
+
 
 class Rates(NamedTuple):
     """Derivatives of one quantity over a tube's two sides and over time."""
@@ -29,6 +32,16 @@ class Rates(NamedTuple):
     a: float
     b: float
     time: float
+
+
+class Detour(NamedTuple):
+    """A surface on the way between two bodies: where it was met, m, and its number.
+
+    The number is that of a body, or `NO_DETOUR` − 1 − p for the plate p, or `NO_DETOUR`.
+    """
+
+    point: Vector
+    number: int
 
 
 class Ray(NamedTuple):
@@ -48,9 +61,10 @@ class Ray(NamedTuple):
 
     ``num_bodies`` counts reflections by bodies, ``turns`` those by bodies and plates;
     ``departure`` is the direction at launch, and ``solid`` the solid angle of the tube there;
-    ``first_point`` is the point of the first reflection by a body; ``part`` is the flat part of
-    that reflection, `NO_PART` if it was by none or the ray has passed a sheet, and `NOT_REFLECTED`
-    before; ``is_curved`` tells whether any surface that reflected it is curved.
+    ``first_point`` is the point of the first reflection by a body, and ``detour`` the first
+    reflection by another surface than that body. ``part`` is the flat part of the first reflection,
+    `NO_PART` if it was by none or the ray has passed a sheet, and `NOT_REFLECTED` before;
+    ``is_curved`` tells whether any surface that reflected it is curved.
     """
 
     point: Vector
@@ -69,6 +83,7 @@ class Ray(NamedTuple):
     departure: Vector
     solid: float
     first_point: Vector
+    detour: Detour
     part: int
     is_curved: bool
     wave_v: ComplexVector
@@ -208,6 +223,7 @@ def passed(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
         ray.departure,
         ray.solid,
         met.point if ray.num_bodies == 0 else ray.first_point,
+        ray.detour,
         NO_PART,
         ray.is_curved,
         _turned_field(focused(ray.wave_v, foci), d, d, side, factor),
@@ -255,6 +271,7 @@ def reflected(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
         ray.departure,
         ray.solid,
         met.point if ray.num_bodies == 0 else ray.first_point,
+        ray.detour,
         met.part if ray.part == NOT_REFLECTED else ray.part,
         ray.is_curved or met.is_curved,
         _turned_field(focused(ray.wave_v, foci), d, after, side, factor),
@@ -264,26 +281,38 @@ def reflected(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
 
 @inlined
 def settled(
-    ray: Ray, turned: Ray, met: Contact, media: Media, wavenumber: float, num_bodies: int
+    ray: Ray,
+    turned: Ray,
+    met: Contact,
+    media: Media,
+    wavenumber: float,
+    surface: tuple[int, int],
 ) -> Ray:
     """The reflection ``turned`` of a ray, with the surface's roughness added.
 
-    ``num_bodies`` is 1 if the surface is a body's and 0 if it is a plate.
+    ``surface`` has 1 for a body and 0 for a plate, and its number as of `Detour`, `NO_DETOUR` for
+    the first body.
     """
+    num_bodies, number = surface
     phase = wavenumber * media.roughness[met.medium] * dot(ray.direction, met.normal)
     factor = math.exp(-2.0 * phase * phase) if phase != 0.0 else 1.0
-    return weakened(turned, factor, num_bodies)
+    detour = ray.detour
+    if detour.number == NO_DETOUR and number != NO_DETOUR:
+        detour = Detour(met.point, number)
+    return weakened(turned, factor, num_bodies, detour)
 
 
 @inner
 def mirrored_by(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
-    """The ray after reflection by a body's surface, its roughness included."""
-    return settled(ray, reflected(ray, met, media, wavenumber), met, media, wavenumber, 1)
+    """The ray after reflection by its first body's surface, the roughness included."""
+    return settled(
+        ray, reflected(ray, met, media, wavenumber), met, media, wavenumber, (1, NO_DETOUR)
+    )
 
 
 @inner
-def weakened(ray: Ray, factor: float, num_bodies: int) -> Ray:
-    """The ray with its fields times ``factor``, and ``num_bodies`` added to its own."""
+def weakened(ray: Ray, factor: float, num_bodies: int, detour: Detour) -> Ray:
+    """The ray with its fields times ``factor``, ``num_bodies`` added to its own, and a detour."""
     v, h = ray.wave_v, ray.wave_h
     return Ray(
         ray.point,
@@ -302,6 +331,7 @@ def weakened(ray: Ray, factor: float, num_bodies: int) -> Ray:
         ray.departure,
         ray.solid,
         ray.first_point,
+        detour,
         ray.part,
         ray.is_curved,
         (factor * v[0], factor * v[1], factor * v[2]),
@@ -376,6 +406,7 @@ def ray_along(origin: Vector, velocity: Vector, d: Vector, edges: tuple[Vector, 
         d,
         abs(dot(cross(edges[0], edges[1]), d)),
         origin,
+        Detour(origin, NO_DETOUR),
         NOT_REFLECTED,
         False,
         (complex(up[0]), complex(up[1]), complex(up[2])),

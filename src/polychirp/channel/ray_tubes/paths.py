@@ -116,11 +116,13 @@ from polychirp.channel.geometry.retarded_delay import range_acceleration
 from polychirp.channel.physical_optics.paths import MAX_ECHO_OVER_MIRROR
 from polychirp.channel.physical_optics.views import View
 from polychirp.channel.ray_tubes.cell_paths import (
+    NO_ACTOR,
     NO_CONTRIBUTIONS,
     Contributions,
     cell_paths,
     joined,
 )
+from polychirp.channel.ray_tubes.fields import NO_DETOUR
 from polychirp.channel.ray_tubes.flat_pairs import (
     LEAST_SHARE,
     Outlines,
@@ -575,7 +577,20 @@ def _to_receiver(
         acceleration=_acceleration(request, (radar, receiver), there, last, matter),
         direction=np.stack([there["departure"], -back], axis=1),
         point=np.stack([there["first_point"], there["point"]], axis=1),
+        detour=_detour_actors(world, there),
+        detour_point=there["detour_point"],
     )
+
+
+def _detour_actors(world: World, hits: Hits) -> IntArray:
+    """Actors of the surfaces between two reflections by one actor; `NO_ACTOR` without any."""
+    number = hits["detour"]
+    plate = np.maximum(NO_DETOUR - 1 - number, 0)
+    of_plate = world.plates.actor[plate] if len(world.plates.actor) else plate
+    actor = np.where(number > NO_DETOUR, world.body[np.maximum(number, 0)], of_plate)
+    first, last = world.body[hits["first_body"]], world.body[hits["body"]]
+    is_between = (number != NO_DETOUR) & (first == last) & (actor != first)
+    return np.asarray(np.where(is_between, actor, NO_ACTOR))
 
 
 def _acceleration(

@@ -8,6 +8,7 @@ from polychirp.axes import IntArray
 from polychirp.channel.geometry.vectors import Vector, dot
 from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.ray_tubes.fields import (
+    NO_DETOUR,
     Ray,
     is_strong,
     launched,
@@ -120,7 +121,13 @@ def _pass(tracing: Tracing, ray: Ray, met: Intersection, at: Contact) -> None:
 
 @inlined
 def _reflect(
-    tracing: Tracing, ray: Ray, met: Intersection, at: Contact, hits: Hits, count: int
+    tracing: Tracing,
+    ray: Ray,
+    met: Intersection,
+    at: Contact,
+    first_body: int,
+    hits: Hits,
+    count: int,
 ) -> int:
     """Reflect a ray and add it to ``waiting`` if it leads on and is strong enough.
 
@@ -152,7 +159,11 @@ def _reflect(
             hits[count]["part"][1] = at.part
         count += 1
     if goes_on:
-        turned = settled(ray, turned, at, tracing.media, tracing.wavenumber, 0 if is_plate else 1)
+        if is_plate:
+            surface = 0, NO_DETOUR - 1 - met.number
+        else:
+            surface = 1, NO_DETOUR if met.number == first_body else met.number
+        turned = settled(ray, turned, at, tracing.media, tracing.wavenumber, surface)
         if is_strong(turned):
             tracing.waiting.append((turned, next_met))
     return count
@@ -167,7 +178,7 @@ def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, coun
         at = contact(space, ray.point, ray.direction, met)
         if is_near_leaves(space, ray.point, ray.direction, met.distance):
             loss = fade(space, faces, tracing.media, ray.point, ray.direction, met.distance)
-            ray = weakened(ray, loss, 0)
+            ray = weakened(ray, loss, 0, ray.detour)
         is_body, is_within = met.kind != PLATE, dot(ray.direction, at.normal) > 0.0
         if is_sheet(space, met):
             # a sheet acts alike on both sides: its normal is turned towards the ray
@@ -182,7 +193,7 @@ def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, coun
             continue
         if is_body and not space.body[met.number]["scatters"]:
             continue
-        count = _reflect(tracing, ray, met, at, hits, count)
+        count = _reflect(tracing, ray, met, at, first_body, hits, count)
     return count
 
 

@@ -25,6 +25,8 @@ HIT: Final = np.dtype(
         ("side_b", np.float64, 3),  # second side of the footprint, m
         ("departure", np.float64, 3),  # direction in which the tube left the transmitter
         ("first_point", np.float64, 3),  # where the tube met the first body, m
+        ("detour", np.int64),  # number of another surface between both bodies, as of `Detour`
+        ("detour_point", np.float64, 3),  # where the tube met it, m
         ("length", np.float64),  # L, of the path up to the point, m
         ("spread", np.float64),  # 1/m, of the field: its amplitude there over that at launch
         ("rate", np.float64),  # of change of the length, without this surface's motion, m/s
@@ -93,6 +95,8 @@ def record(hit: np.void, ray: Ray, after: Ray, at: Contact, roughness: float) ->
     put(hit["side_b"], b)
     put(hit["departure"], ray.departure)
     put(hit["first_point"], ray.first_point)
+    hit["detour"] = ray.detour.number
+    put(hit["detour_point"], ray.detour.point)
     hit["length"], hit["rate"], hit["roughness"] = after.length, ray.rate, roughness
     hit["acceleration"] = acceleration_to(ray, after, at)
     # at a focal line the footprint has no area, and radiates nothing
