@@ -11,6 +11,7 @@ from polychirp.receiver.overview.pooling import group_means, pooled
 from polychirp.report.figures.detections_plan import MARKS
 from polychirp.report.figures.drawing import BLUE, GREEN, GREY, INK, VERMILION
 from polychirp.report.figures.panels import GREATEST_SPAN_DB
+from polychirp.report.figures.range_rate_parts import folded_rates
 from polychirp.study.trial import VictimResult
 from polychirp.units import to_db
 
@@ -73,7 +74,10 @@ def range_profile(look: Look, seen: VictimResult | None, *, is_dark: bool) -> di
 
 
 def range_rate(look: Look, seen: VictimResult | None, *, is_dark: bool) -> dict[str, Any]:
-    """Map over range rate and range, with targets and detections."""
+    """Map over range rate and range, with targets and detections.
+
+    In a map that is periodic they are where their echoes appear.
+    """
     map_ = look.map
     power = pooled(pooled(map_.power, most=MOST_CELLS, axis=0), most=MOST_CELLS, axis=1)
     traces = [
@@ -91,7 +95,7 @@ def range_rate(look: Look, seen: VictimResult | None, *, is_dark: bool) -> dict[
                 "type": "scatter",
                 "mode": "markers",
                 "name": "target",
-                "x": truth.range_rate[truth.is_visible],
+                "x": folded_rates(truth.range_rate, map_)[truth.is_visible],
                 "y": truth.range[truth.is_visible],
                 "text": [n for n, v in zip(truth.name, truth.is_visible, strict=True) if v],
                 "marker": {
@@ -103,7 +107,7 @@ def range_rate(look: Look, seen: VictimResult | None, *, is_dark: bool) -> dict[
                 "hovertemplate": "%{text}<extra>target</extra>",
             }
         )
-        traces += _detections(seen, found.range_rate, found.range)
+        traces += _detections(seen, folded_rates(found.range_rate, map_), found.range)
     return _figure(
         traces,
         is_dark=is_dark,

@@ -142,6 +142,29 @@ def test_figures_are_json_and_have_the_detections(look, seen, is_dark):
     assert count == seen.detections.num_detections
 
 
+def test_the_map_shows_fast_targets_where_its_chirps_have_their_echoes():
+    settings = replace(PRESETS["motorway, oncoming"], cars=())  # none hides the oncoming car
+    fast = look_at(study_of(settings))
+    found = detections_in(fast)
+    map_ = fast.map
+    drawn = {
+        trace.get("name"): trace for trace in plots.range_rate(fast, found, is_dark=False)["data"]
+    }
+    (place,) = drawn["target"]["x"]
+    (rate,) = found.truth.range_rate[found.truth.is_visible]
+    assert map_.range_rate[0] <= place <= map_.range_rate[-1]
+    step = map_.range_rate[1] - map_.range_rate[0]
+    assert (place - rate) / (step * map_.range_rate.size) == pytest.approx(2.0, abs=1e-6)
+    (beside,) = drawn["target"]["y"]
+    row = np.argmin(np.abs(map_.range_rate - place))
+    column = np.argmin(np.abs(map_.range - beside))
+    near = map_.power[row - 3 : row + 4, column - 10 : column + 11].max()
+    assert near > 100.0 * np.median(map_.power)  # the echo of the car
+    for trace in drawn.values():
+        if trace.get("mode") == "markers":
+            assert np.all(np.abs(trace["x"]) <= np.abs(map_.range_rate).max() + step)
+
+
 def test_the_copied_study_is_the_study_of_the_page(tmp_path):
     for settings in PRESETS.values():
         for is_traced in (False, True):
