@@ -330,13 +330,19 @@ def _notes(plan: RocPlan, summary: RocSummary) -> str:
         if any(curve.kind == "paper" for curve in summary.curves)
         else ""
     )
+    steps = (
+        " Each channel counts twice for the receiver 'mfsk', once for each sequence of steps."
+        if any(curve.kind == "mfsk" for curve in summary.curves)
+        else ""
+    )
     return (
         "SNR: energy of the point in all samples of all channels over the noise power of a sample. "
         f"Points: {window.least_range:.3g} to {window.greatest_range:.3g} m, range rates to "
         f"±{window.greatest_speed:.3g} m/s, azimuths to ±60°, steady power. "
         f"Detected: errors up to {', '.join(limits.values())}. Ideal: the detector that knows "
         f"the place of the point and adds the powers of {' or '.join(map(str, looks))} channels, "
-        f"at the stated false-alarm probability per cell.{paper} Intervals are those of 95 %."
+        f"at the stated false-alarm probability per cell.{paper}{steps} "
+        "Intervals are those of 95 %."
     )
 
 

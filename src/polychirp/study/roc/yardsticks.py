@@ -75,8 +75,11 @@ def num_looks(receiver: FrameReceiver, frame: IfFrame) -> int:
     """Number of channels whose powers the ideal detector adds.
 
     They are the receiving channels; with several transmitting elements those of the virtual array,
-    and for the range-Doppler receiver one for each channel and sweep of the code.
+    and for the range-Doppler receiver one for each channel and sweep of the code. The receiver of
+    MFSK adds the powers of both sequences of each channel.
     """
+    if isinstance(receiver, MfskReceiver):
+        return SEQUENCES * frame.array.num_channels
     if decodes_elements(receiver):
         return frame.array.num_channels * len(code_blocks(frame.schedule).weight)
     return frame.array.num_channels
@@ -138,8 +141,8 @@ def window_share(receiver: FrameReceiver, frame: IfFrame) -> float:
 
     For weights w it is :math:`(\sum w)^2 / (N \sum w^2)`, for the range-Doppler receiver times that
     of its other transform. With a code, it is `matched_share` on a carrier, and less by the noise
-    that the code's removal adds on chirps. The receiver of MFSK has one, over half of the samples.
-    The coherent receiver has no windows: 1. The paper's receiver averages ramps without their
+    that the code's removal adds on chirps. The receiver of MFSK has one, over each sequence. The
+    coherent receiver has no windows: 1. The paper's receiver averages ramps without their
     phases, and has no such cell: NaN.
     """
     if isinstance(receiver, CoherentReceiver):
@@ -148,7 +151,7 @@ def window_share(receiver: FrameReceiver, frame: IfFrame) -> float:
         return _decoded_share(frame)
     if isinstance(receiver, MfskReceiver):
         size = frame.schedule.num_ramps // SEQUENCES
-        return float(1.0 / (SEQUENCES * size * np.sum(taper(size) ** 2)))
+        return _share_of_taper(size)
     if not isinstance(receiver, RangeDoppler):
         return float("nan")
     sizes = (frame.times.most_samples, len(code_blocks(frame.schedule).ramps))

@@ -105,7 +105,24 @@ def test_the_measures_of_a_receiver_are_known():
     stairs = Staircase.of(STEPS)
     share = 13.5 / stairs.range_cell * 40.0 / stairs.rate_cell / 128**2
     assert num_cells(RECEIVER, frame) == pytest.approx(128 * share, rel=1e-6)
-    assert num_looks(RECEIVER, frame) == frame.array.num_channels
-    assert window_share(RECEIVER, frame) == pytest.approx(0.5 / 1.58, rel=0.01)
+    assert num_looks(RECEIVER, frame) == 2 * frame.array.num_channels
+    assert window_share(RECEIVER, frame) == pytest.approx(1.0 / 1.58, rel=0.01)
     wrong = error_limits(RECEIVER, STEPS)
     assert wrong.range == pytest.approx(resolution(STEPS).range + 12.8 * stairs.range_cell)
+
+
+def test_the_ideal_detector_beside_steps_has_the_looks_and_the_snr_of_a_cell():
+    """The mean of M looks of noise has the variance 1/M; a point in the middle of a cell is S/M."""
+    noise = [
+        RECEIVER.steps(frame_of(STEPS, [], seed=n, noise=1.0, converter=CONVERTER)).power
+        for n in range(1, 101)
+    ]
+    floor = float(np.mean(noise))
+    frame = frame_of(STEPS, [], converter=CONVERTER)
+    looks = num_looks(RECEIVER, frame)
+    assert floor**2 / np.var(noise) == pytest.approx(looks, rel=0.1)
+    point = HandPoint(range=36 * Staircase.of(STEPS).range_cell, range_rate=0.0, spreading=0.0)
+    alone = frame_of(STEPS, [point], noise=1e-12, converter=CONVERTER)
+    coherent = len(alone.samples) * int(alone.times.num_samples.sum())  # over noise of 1 W
+    in_a_cell = looks * RECEIVER.steps(alone).power.max() / floor
+    assert in_a_cell / coherent == pytest.approx(window_share(RECEIVER, frame), rel=0.03)
