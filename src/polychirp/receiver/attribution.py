@@ -152,6 +152,8 @@ def _tapered(receiver: FrameReceiver, present: FloatArray) -> FloatArray:
     """Weights of samples ``(ramp, fast)``, those left by mitigation times the receiver's taper."""
     if isinstance(receiver, RangeDoppler):
         return present * taper(present.shape[1])
+    if isinstance(receiver, MfskReceiver):
+        return present  # the mean of a step's samples
     return hann_weights(present)
 
 

@@ -10,7 +10,6 @@ from polychirp.receiver.attribution import floor_rise, target_levels
 from polychirp.receiver.overview.range_azimuth import range_azimuth_map
 from polychirp.receiver.overview.range_rate import range_rate_map
 from polychirp.receiver.range_doppler.transforms import taper
-from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.receiver.stepped.chain import MfskReceiver
 from polychirp.receiver.stepped.staircase import Staircase
 from polychirp.receiver.stepped.steps import middle_time
@@ -62,8 +61,8 @@ def test_the_snr_of_a_target_is_that_of_its_own_echo():
     """A step has all echoes at once: only the sum over steps knows the weak one, 30 dB below.
 
     A tone of amplitude a in noise of σ² on each of C channels has, of two sequences with the taper
-    w, the SNR 2 C a²/(σ² Σw²); the samples of a step have Hann's weights h, and their noise is
-    σ² Σh²/(Σh)².
+    w, the SNR 2 C a²/(σ² Σw²); the noise of the mean of a step's samples is that of one of them
+    over their number. The receiver's own map has the same SNR.
     """
     points = [
         HandPoint(range=9.0, range_rate=-6.0, spreading=0.0),
@@ -85,10 +84,18 @@ def test_the_snr_of_a_target_is_that_of_its_own_echo():
         is_visible=np.ones(2, dtype=np.bool_),
     )
     snr = target_levels(RECEIVER, frame, parts, true).snr
-    hann = hann_weights(frame.times.is_sample.astype(float))[0]
-    mean_noise = 1e-4 * np.sum(hann**2) / np.sum(hann) ** 2 * np.sum(taper(128) ** 2)
+    mean_noise = 1e-4 / int(frame.times.num_samples[0]) * np.sum(taper(128) ** 2)
     ideal = 2.0 * frame.array.num_channels / mean_noise
     assert snr == pytest.approx([ideal, 1e-3 * ideal], rel=0.1)
+    drawn = [
+        RECEIVER.steps(frame_of(STEPS, [], seed=n, noise=1e-4, converter=CONVERTER)).power
+        for n in range(1, 41)
+    ]
+    steps = RECEIVER.steps(clean)
+    beat = steps.peaks(steps.beat[[steps.power.argmax()]])
+    peak = np.mean(np.abs(steps.amplitude(beat)) ** 2)
+    looks = 2 * frame.array.num_channels
+    assert snr[0] == pytest.approx(looks * peak / np.mean(drawn), rel=0.15)
 
 
 def test_ranges_are_resolved_by_the_band_of_all_steps():
