@@ -52,7 +52,12 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.config.load import load_study
     from polychirp.exchange.dataset_files import export_dataset, refuse_export
     from polychirp.study.check import check
-    from polychirp.study.mitigation.dataset import PRESETS, DatasetPlan, write_dataset
+    from polychirp.study.mitigation.dataset import (
+        PRESETS,
+        DatasetPlan,
+        num_stored,
+        write_dataset,
+    )
 
     name = Path(arguments.study)
     if arguments.study in PRESETS:
@@ -82,6 +87,6 @@ def run(arguments: argparse.Namespace) -> int:
         added = write_dataset(plan, folder, workers=workers, progress=show)
     for form in dict.fromkeys(arguments.to):
         export_dataset(folder, to=form)
-    say(f"{added} frames written, {arguments.frames} in all")
+    say(f"{added} frames written, {num_stored(folder)} in all")
     say(f"stored in {folder}, described in README.md there")
     return 0

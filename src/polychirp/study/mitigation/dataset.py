@@ -148,8 +148,14 @@ def write_dataset(
                 f"frame {outcome.task.trial} failed: {outcome.failure}; finished frames are kept"
             )
         progress("frames", number, len(missing))
-    (folder / "README.md").write_text(data_card(plan), encoding="utf-8")
+    card = data_card(plan, num_frames=num_stored(folder))
+    (folder / "README.md").write_text(card, encoding="utf-8")
     return len(missing)
+
+
+def num_stored(folder: Path) -> int:
+    """Number of frames in a folder, also of those that an earlier call wrote."""
+    return sum(1 for _ in folder.glob("frame-*.zarr"))
 
 
 def frame_folder(folder: Path, number: int) -> Path:
@@ -220,8 +226,8 @@ def _preset_arrays(name: str, streams: Streams, number: int) -> dict[str, NDArra
     return _of_points(PUBLISHED[name](streams))
 
 
-def data_card(plan: DatasetPlan) -> str:
-    """Content and origin of a dataset, as Markdown."""
+def data_card(plan: DatasetPlan, *, num_frames: int) -> str:
+    """Content and origin of a dataset of so many frames, as Markdown."""
     source = (
         f"the preset `{plan.source}`"
         if isinstance(plan.source, str)
@@ -233,7 +239,7 @@ def data_card(plan: DatasetPlan) -> str:
     )
     return f"""# Simulated radar frames with interference
 
-{plan.num_frames} frames of {source}, seed {plan.seed}, made by polychirp {versions()["polychirp"]}.
+{num_frames} frames of {source}, seed {plan.seed}, made by polychirp {versions()["polychirp"]}.
 Every frame is a Zarr group, `frame-NUMBER.zarr`, of these arrays:
 
 | array | axes | unit | content |
