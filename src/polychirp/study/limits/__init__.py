@@ -6,6 +6,7 @@ meant so, gets a sentence for a warning. The modules; others may use the names b
 - `problems`: places of a study file that prevent it from running: `problems`.
 - `size`: memory of a study, estimated before it is allocated: `refuse_too_large`, `frame_bytes`.
 - `derived_radar`: resolution, limits and size of a radar's frame: `DerivedRadar`.
+- `bands`: bands that resolve ranges, of each ramp and of all together: `joint_band`.
 - `beams`: width of an array's beam, and gains that an element's beam does not allow.
 - `power`: powers of a radar, and SNRs of points by the radar equation: `point_echoes`.
 - `frames`: frames that a radar cannot sample, or its receiver cannot read: `refuse_unread`.

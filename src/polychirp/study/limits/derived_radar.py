@@ -1,19 +1,16 @@
 """`DerivedRadar`: resolution, limits and size of a radar's frame, from its ramps and receiver."""
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
-from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError
-from polychirp.model.if_frame import SampleTimes, sample_times
+from polychirp.model.if_frame import sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.angle.ambiguity import Window, beam_of, unambiguous_window
 from polychirp.receiver.angle.beams import too_large
 from polychirp.receiver.angle.elements import Elements
-from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import (
@@ -32,6 +29,7 @@ from polychirp.receiver.selection import (
 from polychirp.receiver.signal_model.transmit_codes import virtual_channels
 from polychirp.receiver.stepped.chain import MfskReceiver
 from polychirp.receiver.stepped.staircase import unreadable as unstepped
+from polychirp.study.limits.bands import joint_band, sampled_band
 from polychirp.study.limits.beams import half_power_width
 from polychirp.study.limits.power import eirp, sample_noise
 from polychirp.study.limits.size import frame_bytes
@@ -39,10 +37,6 @@ from polychirp.study.spec import StudyRadar
 
 Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
-
-_WIDER: Final = 1.05
-"""Ratio of the band of all ramps to the widest of one above which it is a frame's. Chosen: rising
-and falling ramps are sampled in bands that are up to some percent apart."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +48,7 @@ class DerivedRadar:
     name : name of the radar
     range_resolution : m, :math:`c/2B` with the bandwidth B of the sampled part of each ramp; if the
         coherent receiver adds ramps of different bands in phase, whose band together is wider than
-        that of any of them, that band is B (`_joint_band`)
+        that of any of them, that band is B (`bands.joint_band`)
     speed_resolution : m/s, :math:`\lambda/2T_{frame}`
     unambiguous_speed : m/s, greatest speed, approaching or receding, that a Doppler transform over
         equal sweeps of the same transmitting elements gives without ambiguity:
@@ -140,10 +134,8 @@ def derived_radar(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiv
     frame_duration = float(schedule.end_time[-1] - schedule.start_time[0])
     num_sweeps = int(schedule.sweep[-1]) + 1
     steepest = float(np.max(np.abs(schedule.slope)))
-    band = _sampled_band(schedule, times)
-    if isinstance(chosen, CoherentReceiver):
-        joint = _joint_band(schedule, times)
-        band = np.full_like(band, joint) if joint > _WIDER * band.max() else band
+    joint = joint_band(chosen, schedule, times)
+    band = sampled_band(schedule, times) if joint is None else np.full(schedule.num_ramps, joint)
     resolution = SPEED_OF_LIGHT / (2.0 * band)
     reader = chosen.reader() if isinstance(chosen, Decoding) else chosen
     code = _code_length(schedule), schedule.num_elements
@@ -187,38 +179,6 @@ def derived_radar(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiv
         sampling=radar.converter.sampling,
         memory=frame_bytes(times, radar),
     )
-
-
-def _sampled_band(schedule: RampSchedule, times: SampleTimes) -> FloatArray:
-    """Width of the band over which each ramp is sampled, Hz ``(ramp,)``.
-
-    Of a coded carrier, it is the band of the chips, or that of the samples if that is less; of
-    steps, the band of all.
-    """
-    if schedule.is_stepped:
-        return schedule.resolving_bandwidth
-    swept = np.abs(schedule.slope) * times.num_samples / times.rate
-    is_flat = schedule.slope == 0.0
-    return np.where(is_flat, np.minimum(schedule.bandwidth, times.rate), swept)
-
-
-def _joint_band(schedule: RampSchedule, times: SampleTimes) -> float:
-    r"""Band that the samples of all ramps together cover, Hz: √12 times their spread; 0 if coded.
-
-    The spread is the standard deviation of the frequencies at which samples are taken, so that B is
-    the width of the band if they fill it evenly. Half of a point's power is then at
-    :math:`0.443\,c/2B` to either side of it, to a few percent also where they do not.
-    """
-    if schedule.code is not None:
-        return 0.0
-    share = times.num_samples / times.num_samples.sum()
-    last = times.first + (times.num_samples - 1) / times.rate
-    middle = schedule.start_frequency + schedule.slope * (
-        0.5 * (times.first + last) - schedule.start_time
-    )
-    swept = schedule.slope * times.num_samples / times.rate
-    apart = middle - share @ middle
-    return float(np.sqrt(share @ (swept**2 + 12.0 * apart**2)))
 
 
 def _greatest_range(radar: StudyRadar, schedule: RampSchedule) -> float:

@@ -22,7 +22,7 @@ from polychirp.errors import (
     no_such,
 )
 from polychirp.model.antenna import AntennaArray
-from polychirp.model.if_frame import IfFrame, sample_times
+from polychirp.model.if_frame import IfFrame, SampleTimes, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mimo import virtual_array
 from polychirp.receiver.range_doppler.chain import RangeDoppler
@@ -53,7 +53,7 @@ SNR_DIGITS: Final = 6
 
 STRONG_CELLS: Final = 4.0
 """Distance of a strong point from the tested one, range cells, if none is given; chosen: beyond the
-main lobes of all receivers."""
+main lobes of all receivers, of which the one with the widest cell counts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,10 +186,19 @@ class RocPlan:
         return provenance(self.study)
 
     @cached_property
+    def limits(self) -> tuple[Extent, ...]:
+        """Errors up to which a detection is that of a point, for each curve, in the first trial."""
+        study = of_trial(self.study, 0)
+        schedule = schedule_of(study, study.radars[0])
+        times = sample_times(schedule, study.radars[0].converter)
+        return tuple(error_limits(curve.receiver, schedule, times) for curve in self.curves)
+
+    @cached_property
     def key(self) -> str:
         """Hash of all that a frame and its detections depend on, but not of SNRs and numbers."""
         receivers = [canonical_json(curve.receiver) for curve in self.curves]
-        parts = [self.origin.study_hash, *receivers, repr(self.strong), repr(self.window)]
+        limits = [repr(tuple(each)) for each in self.limits]
+        parts = [self.origin.study_hash, *receivers, repr(self.strong), repr(self.window), *limits]
         return sha256("\n".join(parts).encode()).hexdigest()
 
 
@@ -256,15 +265,17 @@ def roc_plan(
             "name another receiver"
         )
     _need_different(curves)
+    times = sample_times(schedule, bare.radars[0].converter)
     second = None
     if strong is not None:
-        cell = resolution(schedule)
+        cell = max(resolution(curve.receiver, schedule, times).range for curve in curves)
         distance, rate = apart
         second = Strong(
             ratio=strong,
-            apart=Extent(STRONG_CELLS * cell.range if distance is None else distance, rate or 0.0),
+            apart=Extent(STRONG_CELLS * cell if distance is None else distance, rate or 0.0),
         )
-    window = _window([curve.receiver for curve in curves], schedule, array=bare.radars[0].array)
+    receivers = [curve.receiver for curve in curves]
+    window = _window(receivers, schedule, times, array=bare.radars[0].array)
     if second is not None:
         _need_room(second, window)
     return RocPlan(
@@ -416,10 +427,14 @@ def _settings(
 
 
 def _window(
-    receivers: Sequence[FrameReceiver], schedule: RampSchedule, *, array: AntennaArray
+    receivers: Sequence[FrameReceiver],
+    schedule: RampSchedule,
+    times: SampleTimes,
+    *,
+    array: AntennaArray,
 ) -> Window:
     """Limits that all receivers share, less twice their error limits at either end."""
-    limits = [error_limits(receiver, schedule) for receiver in receivers]
+    limits = [error_limits(receiver, schedule, times) for receiver in receivers]
     margin = Extent(*(2.0 * max(values) for values in zip(*limits, strict=True)))
     speed = min(greatest_speed(receiver, schedule, array)[0] for receiver in receivers)
     half = 0.5 * float(schedule.end_time.max() - schedule.start_time.min())

@@ -19,7 +19,6 @@ from polychirp.study.roc.plan import Curve, RocPlan, as_read, case_name, silent_
 from polychirp.study.roc.trial import RocRecord
 from polychirp.study.roc.yardsticks import (
     Extent,
-    error_limits,
     num_cells,
     num_looks,
     stated_threshold,
@@ -176,7 +175,7 @@ def summary_of(plan: RocPlan, records: Iterable[RocRecord]) -> RocSummary:
     return RocSummary(
         curves=plan.curves,
         looks=tuple(looks),
-        limits=tuple(error_limits(curve.receiver, silent.schedule) for curve in plan.curves),
+        limits=plan.limits,
         points=tuple(points),
         noise=tuple(noise),
         needed=tuple(needed),

@@ -65,7 +65,7 @@ def measured(plan: RocPlan, snr_db: float | None, trial: int) -> RocRecord:
     found, others = [], []
     for curve in plan.curves:
         seen = curve.receiver.detect(as_read(curve.receiver, frame))
-        limits = error_limits(curve.receiver, frame.schedule)
+        limits = error_limits(curve.receiver, frame.schedule, frame.times)
         is_found = found_points(seen, points, limits=limits, middle=middle)
         found.append(bool(is_found[0]))
         own = 0 if snr_db is None else int(is_found.sum())

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.model.if_frame import IfFrame
+from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.false_alarms import threshold_of
@@ -22,6 +22,7 @@ from polychirp.receiver.stepped.solution import solved
 from polychirp.receiver.stepped.staircase import Staircase
 from polychirp.receiver.stepped.steps import SEQUENCES
 from polychirp.scoring.ideal_detector import cell_threshold
+from polychirp.study.limits.bands import joint_band
 
 PHASE_LIMIT: Final = 0.1
 """Greatest error of the phase between two sequences of steps, cycles. Chosen: three standard
@@ -35,17 +36,22 @@ class Extent(NamedTuple):
     range_rate: float
 
 
-def resolution(schedule: RampSchedule) -> Extent:
-    r"""Resolution cell of the frame: :math:`c/2B` of the largest bandwidth, :math:`\lambda/2T`."""
+def resolution(receiver: FrameReceiver, schedule: RampSchedule, times: SampleTimes) -> Extent:
+    r"""Resolution cell of the frame: :math:`c/2B` of the largest bandwidth, :math:`\lambda/2T`.
+
+    B is the band of all ramps together if the receiver adds them in phase (`bands.joint_band`), and
+    otherwise that of the widest ramp.
+    """
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     duration = float(schedule.end_time.max() - schedule.start_time.min())
+    band = joint_band(receiver, schedule, times) or float(np.max(schedule.resolving_bandwidth))
     return Extent(
-        range=SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.resolving_bandwidth))),
+        range=SPEED_OF_LIGHT / (2.0 * band),
         range_rate=wavelength / (2.0 * duration),
     )
 
 
-def error_limits(receiver: FrameReceiver, schedule: RampSchedule) -> Extent:
+def error_limits(receiver: FrameReceiver, schedule: RampSchedule, times: SampleTimes) -> Extent:
     r"""Greatest errors of a detection that counts as that of a point.
 
     They are chosen above the errors of each receiver at its threshold, and small beside the map:
@@ -55,7 +61,7 @@ def error_limits(receiver: FrameReceiver, schedule: RampSchedule) -> Extent:
     - MFSK: one cell, and what a phase that is wrong by `PHASE_LIMIT` adds;
     - paper: one cell in range and half a cell of a ramp, :math:`\lambda/4T_{ramp}`, in range rate.
     """
-    cell = resolution(schedule)
+    cell = resolution(receiver, schedule, times)
     match receiver:
         case CoherentReceiver():
             return cell
@@ -105,7 +111,7 @@ def num_cells(receiver: FrameReceiver, frame: IfFrame) -> float:
             return float(receiver.num_cells(receiver.spectra(frame).mean_power))
         case MfskReceiver():
             return _num_beats_within(receiver, Staircase.of(frame.schedule))
-    cell = resolution(frame.schedule)
+    cell = resolution(receiver, frame.schedule, frame.times)
     span = receiver.greatest_range - receiver.least_range
     return span / cell.range * 2.0 * receiver.greatest_speed / cell.range_rate
 

@@ -101,8 +101,8 @@ def test_the_snr_of_a_target_is_that_of_its_own_echo():
 def test_ranges_are_resolved_by_the_band_of_all_steps():
     band = float(np.ptp(STEPS.start_frequency))
     cell = 299792458.0 / (2.0 * band)
-    assert resolution(STEPS).range == pytest.approx(cell)
     frame = frame_of(STEPS, [], converter=CONVERTER)
+    assert resolution(RECEIVER, STEPS, frame.times).range == pytest.approx(cell)
     assert Gate.of(STEPS, frame.array).range == pytest.approx(max(0.4, cell))
 
 
@@ -114,8 +114,9 @@ def test_the_measures_of_a_receiver_are_known():
     assert num_cells(RECEIVER, frame) == pytest.approx(128 * share, rel=1e-6)
     assert num_looks(RECEIVER, frame) == 2 * frame.array.num_channels
     assert window_share(RECEIVER, frame) == pytest.approx(1.0 / 1.58, rel=0.01)
-    wrong = error_limits(RECEIVER, STEPS)
-    assert wrong.range == pytest.approx(resolution(STEPS).range + 12.8 * stairs.range_cell)
+    wrong = error_limits(RECEIVER, STEPS, frame.times)
+    cell = resolution(RECEIVER, STEPS, frame.times)
+    assert wrong.range == pytest.approx(cell.range + 12.8 * stairs.range_cell)
 
 
 def test_the_ideal_detector_beside_steps_has_the_looks_and_the_snr_of_a_cell():

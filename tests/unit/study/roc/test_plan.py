@@ -7,20 +7,38 @@ import pytest
 
 from polychirp.errors import CapabilityError, InputError, ModelWarning
 from polychirp.model.if_filter import IfFilter
+from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import AutoReceiver
-from polychirp.rng import Streams
 from polychirp.study.roc.plan import case_name, roc_plan
-from polychirp.study.roc.yardsticks import error_limits, resolution
+from polychirp.study.roc.yardsticks import Extent, error_limits, resolution
 from polychirp.study.spec import schedules_of
 from polychirp.traffic.street import Building, Point
-from polychirp.waveform import ListenBeforeTalk, Slots, Subframes
+from polychirp.waveform import (
+    DiverseSawtooth,
+    Hopping,
+    ListenBeforeTalk,
+    PermutedChirps,
+    Slots,
+    Subframes,
+)
 from tests.support.roc_study import TRIANGLES, roc_study
 
 ASK = {"snrs_db": [14.0], "trials": 3, "noise_trials": 4}
+
+JOINT_BANDS = {
+    "permuted-chirps": PermutedChirps(num_pieces=4, bandwidth=600e6, ramp_duration=40e-6),
+    "hopping": Hopping(band=(76e9, 77e9), bandwidth=250e6, ramp_duration=40e-6, idle=10e-6),
+    "diverse-sawtooth": DiverseSawtooth(start_frequency_spread=900e6, ramp_duration=40e-6),
+}
+
+
+def times_of(study):
+    """Times of the samples of the first radar in the first trial."""
+    return sample_times(schedules_of(study)[0], study.radars[0].converter)
 
 
 def test_the_street_is_left_out_and_the_radar_stays():
@@ -102,7 +120,7 @@ def test_points_and_their_errors_stay_within_all_receivers_limits():
     study = roc_study()
     schedule = schedules_of(study)[0]
     window = roc_plan(study, **ASK).window
-    limits = error_limits(RangeDoppler(), schedule)
+    limits = error_limits(RangeDoppler(), schedule, times_of(study))
     wavelength = 299792458.0 / float(schedule.centre_frequency[0])
     assert window.least_range == pytest.approx(0.5 + 2 * limits.range)
     assert window.greatest_range == pytest.approx(30.0 - 2 * limits.range)
@@ -113,19 +131,56 @@ def test_points_and_their_errors_stay_within_all_receivers_limits():
 
 def test_no_receiver_takes_a_first_side_lobe_for_the_point():
     """The coherent receiver has no windows: its first side lobe is 1.43 cells away."""
-    schedule = TRIANGLES.schedule(num_sweeps=6, streams=Streams(seed=1))
-    cell = resolution(schedule)
-    coherent = error_limits(CoherentReceiver(), schedule)
+    study = roc_study(TRIANGLES, num_sweeps=6)
+    schedule, times = schedules_of(study)[0], times_of(study)
+    cell = resolution(CoherentReceiver(), schedule, times)
+    coherent = error_limits(CoherentReceiver(), schedule, times)
     assert coherent.range < 1.43 * cell.range
     assert coherent.range_rate < 1.43 * cell.range_rate
     for receiver in (RangeDoppler(), PaperReceiver()):
-        found = error_limits(receiver, schedule)
+        found = error_limits(receiver, schedule, times)
         assert cell.range <= found.range <= 2 * cell.range
         assert found.range_rate >= cell.range_rate
 
 
+@pytest.mark.parametrize("waveform", JOINT_BANDS.values(), ids=JOINT_BANDS)
+def test_no_side_lobe_of_bands_that_are_added_in_phase_counts_as_the_point(waveform):
+    """At the limit is the end of the main lobe, and side lobes beyond it have less than 10 %.
+
+    The cell of a receiver that adds the samples of one ramp only is 3 to 6 times as wide.
+    """
+    converter = Converter(sample_rate=4e6, start=2e-6, margin=1e-6)
+    study = roc_study(waveform, num_sweeps=256, converter=converter)
+    schedule, times = schedules_of(study)[0], times_of(study)
+    limit = error_limits(CoherentReceiver(), schedule, times).range
+    since = times.time - schedule.start_time[:, None]
+    frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * since
+    frequency = frequency[times.is_sample]
+    apart = limit * np.linspace(0.0, 2.0, 201)
+    turns = 2.0 / 299792458.0 * np.outer(apart, frequency)
+    power = np.abs(np.mean(np.exp(2j * np.pi * turns), axis=1)) ** 2
+    assert power[100] < 0.02
+    assert power[100:].max() < 0.1
+    assert np.all(np.diff(power[:91]) < 0.0)
+    of_a_ramp = error_limits(PaperReceiver(), schedule, times).range
+    assert of_a_ramp == pytest.approx(299792458.0 / (2.0 * np.max(schedule.bandwidth)))
+    assert of_a_ramp > 3.0 * limit
+
+
+def test_a_measurement_with_other_limits_is_another_one(monkeypatch):
+    study = roc_study()
+    one = roc_plan(study, **ASK)
+    other = roc_plan(study, **ASK)
+    wider = Extent(1.1 * one.limits[0].range, one.limits[0].range_rate)
+    monkeypatch.setattr("polychirp.study.roc.plan.error_limits", lambda *_: wider)
+    assert other.window == one.window
+    assert other.limits == (wider,)
+    assert other.key != one.key
+
+
 def test_a_strong_point_is_four_cells_away_unless_told():
-    cell = resolution(schedules_of(roc_study())[0])
+    study = roc_study()
+    cell = resolution(RangeDoppler(), schedules_of(study)[0], times_of(study))
     plan = roc_plan(roc_study(), strong=100.0, **ASK)
     assert plan.strong.apart == (pytest.approx(4 * cell.range), 0.0)
     told = roc_plan(roc_study(), strong=100.0, apart=(1.5, 2.0), **ASK)

@@ -177,7 +177,7 @@ def test_cells_are_those_of_each_receivers_map():
     by_fft, coherent = (num_cells(curve.receiver, frame) for curve in plan.curves)
     step = 299792458.0 * 4e6 / (2 * 5e12 * frame.times.most_samples)
     assert by_fft == 32 * (math.floor(30.0 / step) - math.ceil(0.5 / step) + 1)
-    cell = resolution(frame.schedule)
+    cell = resolution(plan.curves[1].receiver, frame.schedule, frame.times)
     assert coherent == pytest.approx(29.5 * 64.0 / (cell.range * cell.range_rate), rel=0.15)
     assert expected_peaks(20.0, num_channels=2) * AREA_OF_A_CELL < 1e-5
 
