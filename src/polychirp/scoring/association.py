@@ -48,7 +48,14 @@ class Gate(Spec):
     elevation: Radians = np.pi / 12
 
     @classmethod
-    def of(cls, schedule: RampSchedule, array: AntennaArray, *, usual: Self | None = None) -> Self:
+    def of(
+        cls,
+        schedule: RampSchedule,
+        array: AntennaArray,
+        *,
+        usual: Self | None = None,
+        band: float | None = None,
+    ) -> Self:
         r"""Margins for a radar with this schedule and (virtual) array.
 
         With the cells of the frame
@@ -58,15 +65,16 @@ class Gate(Spec):
                   \Delta\varepsilon = \frac{\lambda}{M' d'},
 
         the margins in range and range rate are the usual ones, or one cell if that is more; the
-        margins in azimuth and elevation are the usual ones, or one cell if that is less. B is the
-        mean bandwidth of the ramps (`RampSchedule.resolving_bandwidth`), and d the mean spacing of
-        the M columns of channels, d' that of the M' rows. The channels are those of the virtual
-        array if several transmitting elements share the frame. ``usual`` are the defaults of the
-        class if it is None.
+        margins in azimuth and elevation are the usual ones, or one cell if that is less. B is
+        ``band``, Hz, that of all ramps together for a receiver that adds them in phase; if it is
+        None, the mean bandwidth of the ramps (`RampSchedule.resolving_bandwidth`). d is the mean
+        spacing of the M columns of channels, and d' that of the M' rows. The channels are those of
+        the virtual array if several transmitting elements share the frame. ``usual`` are the
+        defaults of the class if it is None.
         """
         usual = usual or cls()
         wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
-        bandwidth = float(np.mean(schedule.resolving_bandwidth))
+        bandwidth = band or float(np.mean(schedule.resolving_bandwidth))
         end = schedule.start_time + schedule.duration
         frame = float(np.max(end) - np.min(schedule.start_time))
         return cls(

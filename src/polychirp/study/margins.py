@@ -8,6 +8,7 @@ import numpy as np
 
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import SampleTimes, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.decoding.chain import Decoding
@@ -15,6 +16,7 @@ from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.scoring.association import Gate
 from polychirp.scoring.echoes import Folds
+from polychirp.study.limits.bands import joint_band
 from polychirp.study.random_draw import sample_street
 from polychirp.study.spec import Study, schedules_of, victim_indices
 
@@ -23,15 +25,19 @@ PAPER_GATE: Final = Gate(range=0.4, range_rate=2.0, azimuth=math.radians(15.0))
 shortest ramp, 1.9 m/s at 1 ms."""
 
 
-def gate_for(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray) -> Gate:
+def gate_for(
+    receiver: AnyReceiver, schedule: RampSchedule, times: SampleTimes, array: AntennaArray
+) -> Gate:
     """Margins of a radar's detections, at least a cell of what its receiver adds in phase.
 
-    They are those of `Gate.of`, whose cell in range rate is that of the frame. The paper's receiver
+    They are those of `Gate.of`, whose cell in range rate is that of the frame, and in range that of
+    all ramps together if the receiver adds them in phase (`limits.bands`). The paper's receiver
     adds in phase the samples of one ramp only, and has the cell λ/2T of the shortest one, or
     `PAPER_GATE` if that is more.
     """
-    if not isinstance(receiver_for(receiver, schedule), PaperReceiver):
-        return Gate.of(schedule, array)
+    chosen = receiver_for(receiver, schedule)
+    if not isinstance(chosen, PaperReceiver):
+        return Gate.of(schedule, array, band=joint_band(chosen, schedule, times))
     gate = Gate.of(schedule, array, usual=PAPER_GATE)
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     cell = wavelength / (2.0 * float(np.min(schedule.duration)))
@@ -60,7 +66,9 @@ def gates_of(study: Study) -> dict[str, Gate]:
     """Margins of each victim of a study, by the names of the radars."""
     study = sample_street(study)
     schedules = schedules_of(study)
-    return {
-        study.radars[n].name: gate_for(study.receiver, schedules[n], study.radars[n].array)
-        for n in victim_indices(study)
-    }
+    gates = {}
+    for number in victim_indices(study):
+        radar, schedule = study.radars[number], schedules[number]
+        times = sample_times(schedule, radar.converter)
+        gates[radar.name] = gate_for(study.receiver, schedule, times, radar.array)
+    return gates

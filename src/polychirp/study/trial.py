@@ -360,7 +360,7 @@ def receive_and_score(
         after=after,
         echo_snr=echo_snr,
         fluctuation=_fluctuation(scene, targets),
-        gate=gate_for(receiver, received.schedule, received.array),
+        gate=gate_for(receiver, received.schedule, received.times, received.array),
     )
     if interference is not None:
         decode = partial(virtual_parts, received) if is_coded else None

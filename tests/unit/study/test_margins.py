@@ -10,6 +10,8 @@ import pytest
 from polychirp.config.load import study_of_tables
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import sample_times
+from polychirp.model.radar import Converter
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.decoding.chain import Decoding
@@ -18,14 +20,17 @@ from polychirp.receiver.selection import AutoReceiver
 from polychirp.rng import Streams
 from polychirp.study.margins import PAPER_GATE, folds_of, gate_for, gates_of
 from polychirp.study.paper.scenarios import WAVEFORMS
-from polychirp.waveform import Noise, Pmcw, Sawtooth
+from polychirp.waveform import DiverseSawtooth, Hopping, Noise, PermutedChirps, Pmcw, Sawtooth
 from tests.support.small_study import SMALL_STUDY
+
+CONVERTER = Converter(sample_rate=4e6, start=1e-6, margin=1e-6)
 
 
 @pytest.mark.parametrize("waveform", WAVEFORMS.values(), ids=WAVEFORMS)
 def test_the_margin_in_range_rate_is_at_least_a_cell_of_what_is_added_in_phase(waveform):
     """λ/2T of a frame of 16 sweeps; of one ramp for the paper's receiver."""
     schedule = waveform.schedule(num_sweeps=16, streams=Streams(1))
+    times = sample_times(schedule, CONVERTER)
     wavelength = SPEED_OF_LIGHT / np.mean(schedule.centre_frequency)
     frame = schedule.end_time[-1] - schedule.start_time[0]
     for receiver, time in (
@@ -33,10 +38,31 @@ def test_the_margin_in_range_rate_is_at_least_a_cell_of_what_is_added_in_phase(w
         (AutoReceiver(), frame),
         (PaperReceiver(), schedule.duration.min()),
     ):
-        gate = gate_for(receiver, schedule, AntennaArray())
+        gate = gate_for(receiver, schedule, times, AntennaArray())
         assert gate.range_rate >= wavelength / (2.0 * time)
     assert gate == PAPER_GATE
-    assert gate_for(CoherentReceiver(), schedule, AntennaArray()).range_rate == 1.0
+    assert gate_for(CoherentReceiver(), schedule, times, AntennaArray()).range_rate == 1.0
+
+
+@pytest.mark.parametrize(
+    ("waveform", "ramp", "frame"),
+    [
+        (PermutedChirps(), 1.0, 0.4),
+        (Hopping(), 0.6, 0.4),
+        (Hopping(band=(76.5e9, 76.8e9), bandwidth=75e6), 2.0, 0.5),
+        (DiverseSawtooth(), 0.52, 0.52),
+        (DiverseSawtooth(start_frequency_spread=900e6), 0.52, 0.4),
+        (Sawtooth(bandwidth=75e6), 2.0, 2.0),
+    ],
+    ids=["permuted-chirps", "hopping", "narrow-hopping", "one-band", "many-bands", "sawtooth"],
+)
+def test_the_margin_in_range_is_a_cell_of_what_is_added_in_phase(waveform, ramp, frame):
+    """The coherent receiver has the band of all ramps, and others have that of one."""
+    schedule = waveform.schedule(num_sweeps=256, streams=Streams(1))
+    times = sample_times(schedule, replace(CONVERTER, sample_rate=40e6))
+    for receiver, margin in ((CoherentReceiver(), frame), (PaperReceiver(), ramp)):
+        gate = gate_for(receiver, schedule, times, AntennaArray())
+        assert gate.range == pytest.approx(margin, rel=0.05), receiver
 
 
 SMALL = study_of_tables(tomllib.loads(SMALL_STUDY), folder=Path())

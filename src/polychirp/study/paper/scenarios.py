@@ -336,16 +336,15 @@ def _found_by_the_paper(
     snapshots: Sequence[PropagationPaths],
 ) -> tuple[int, int]:
     """Numbers of detections of the paper's receiver in the same frame, and of targets found."""
-    detections, powers = detected(PaperReceiver(), result.frame, result.parts)
+    frame = result.frame
+    detections, powers = detected(PaperReceiver(), frame, result.parts)
     victim = scene.radar_index(result.name)
     found = causes(
         detections,
         truth(scene.at(detections.time), victim, result.truth.name),
         powers=powers,
-        echoes=echoes_during(
-            result.frame.schedule, detections.time, scene, snapshots, victim=victim
-        ),
-        gate=gate_for(PaperReceiver(), result.frame.schedule, result.frame.array),
+        echoes=echoes_during(frame.schedule, detections.time, scene, snapshots, victim=victim),
+        gate=gate_for(PaperReceiver(), frame.schedule, frame.times, frame.array),
     )
     return detections.num_detections, int(found.association.target.size)
 
