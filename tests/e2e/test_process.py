@@ -201,11 +201,16 @@ def test_people_read_what_the_ramps_resolve_and_that_there_is_no_truth(
     assert main(arguments) == 0
     text = capsys.readouterr().out
     assert "cells of 0.195 m to 44.97 m" in text
-    assert "unambiguous within ±9.66 m/s" in text
+    assert "unambiguous within ±9.66 m/s\n" in text
+    assert "m/s\n            faster targets are folded, with wrong angles and" in text
     assert "frame 1: 1 detections" in text
     assert " 14.00 m    -4.00 m/s" in text
     assert "no ground truth" in text
     assert [path.name for path in sorted(out.glob("*.png"))] == ["range_rate_0001.png"]
+    assert main([*arguments, "--set", "num_transmitters=1"]) == 0
+    text = capsys.readouterr().out
+    assert "unambiguous within ±19.3 m/s" in text
+    assert "wrong angles" not in text
 
 
 def test_a_capture_that_was_cut_off_is_processed_as_far_as_it_goes(

@@ -31,6 +31,9 @@ name."""
 KEPT_FILES: Final = "maps and pictures of finished frames stay in the folder"
 """Part of the message that `cli.app` prints after an interrupt."""
 
+_FASTER: Final = "faster targets are folded, with wrong angles and slightly wrong ranges"
+"""A sentence on targets beyond the span of range rates of transmitters in turns."""
+
 _NO_TRUTH = (
     "A recording has no ground truth: nothing here says which detections are right. Echoes at rest "
     "are not removed; channels are not calibrated, so azimuths carry the board's phase errors."
@@ -304,6 +307,8 @@ def _print_derived(parameters: CaptureParameters) -> None:
         f"range rate  cells of {derived['speed_resolution_m_per_s']:.3g} m/s, unambiguous "
         f"within ±{half:.3g} m/s"
     )
+    if parameters.num_transmitters > 1:
+        print(f"{'':12}{_FASTER}")
     print(
         f"channels    {derived['virtual_channels']:.0f} "
         f"({parameters.num_transmitters} transmitters in turns × "
