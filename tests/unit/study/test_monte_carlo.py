@@ -449,6 +449,31 @@ def test_limits_of_two_trials_stay_where_the_truth_can_be(done):
     assert all(-1.0 <= one.low <= one.high <= 1.0 for one in changes)
 
 
+def test_limits_of_rms_angles_are_not_beyond_half_a_turn(done):
+    """The limit would be above 1000° where one of two trials is 10° wrong, and the other 0.01°."""
+    results = done[0].results
+    detected = np.full_like(results.detected, np.nan)
+    detected[:, :2] = 1.0
+    error = np.full_like(results.azimuth_error, np.nan)
+    error[:, 0], error[:, 1] = np.radians(10.0), np.radians(0.01)
+    error[1::2, 0] = np.radians(60.0)
+    counts = results.num_detections.copy()
+    counts[:, 2:] = np.nan
+    few = replace(
+        results,
+        detected=detected,
+        num_detections=counts,
+        azimuth_error=error,
+        elevation_error=error,
+    )
+    for row in summaries(few):
+        for angle in (row.azimuth_rmse, row.elevation_rmse):
+            assert 0.0 < angle.low < angle.value < angle.high == np.pi
+    changes = [row.azimuth_rmse for row in differences(few) if row.axis == "waveform"]
+    assert changes
+    assert [max(-one.low, one.high) for one in changes] == [np.pi] * len(changes)
+
+
 def test_errors_of_targets_out_of_sight_are_not_counted(done):
     """A target out of sight that is detected all the same, metres off, changes no rms error."""
     results = done[0].results

@@ -1,5 +1,6 @@
 """Estimates from results: for each point, and for differences of two points along an axis."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
@@ -53,7 +54,7 @@ class Summary:
     snr, inr, sinr, mitigated_sinr : power ratios in the cells of targets in sight, detected or not:
         medians over targets and trials; the last after mitigation, the others before it
     range_rmse, range_rate_rmse, azimuth_rmse, elevation_rmse : rms errors of detected targets in
-        sight, m, m/s, rad, rad
+        sight, m, m/s, rad, rad; limits of angles are π at most
     lost : share of the frames that interference takes, of a rule that acts from frame to frame
     longest_loss, until_free : mean of the greatest number of frames lost in a row, and of the
         number lost before the first free one
@@ -207,8 +208,8 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         mitigated_sinr=_median(mitigated),
         range_rmse=rms(counts.squares["range"], counts.found),
         range_rate_rmse=rms(counts.squares["range_rate"], counts.found),
-        azimuth_rmse=rms(counts.squares["azimuth"], counts.found),
-        elevation_rmse=rms(counts.squares["elevation"], counts.found),
+        azimuth_rmse=rms(counts.squares["azimuth"], counts.found).within(0.0, math.pi),
+        elevation_rmse=rms(counts.squares["elevation"], counts.found).within(0.0, math.pi),
         **losses(results.lost[point, :, victim : victim + 1]),
     )
 
@@ -290,6 +291,6 @@ def paired_difference(
         ghosts=ratio_difference((other.ghosts, ones), (first.ghosts, ones)),
         range_rmse=rmse("range"),
         range_rate_rmse=rmse("range_rate"),
-        azimuth_rmse=rmse("azimuth"),
-        elevation_rmse=rmse("elevation"),
+        azimuth_rmse=rmse("azimuth").within(-math.pi, math.pi),
+        elevation_rmse=rmse("elevation").within(-math.pi, math.pi),
     )
