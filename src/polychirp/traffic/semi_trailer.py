@@ -97,7 +97,7 @@ TRACTOR: Final = replace(
             crown=(10.0, 8.0),
             windows=(
                 Window(part="windscreen", arc=0),
-                Window(part="window-left", arc=2, start=2.15, stop=1.35),
+                Window(part="window-left", arc=2, start=2.07, stop=1.35),
             ),
             panes=(0.3, 0.7),
             side=40.0,

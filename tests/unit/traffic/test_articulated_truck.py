@@ -85,6 +85,17 @@ def test_the_box_encloses_its_volume_with_faces_outwards():
     assert volume == pytest.approx(13.6 * 2.55 * 2.8, rel=1e-6)
 
 
+@pytest.mark.parametrize("max_edge", [0.02, 0.05])
+def test_the_walls_of_the_cab_do_not_fold_over(max_edge):
+    mesh = vehicle_mesh("articulated-truck", max_edge=max_edge)
+    for part in ("cab", "window-left", "window-right"):
+        one = mesh.corners[mesh.part == mesh.parts.index(part)]
+        area = np.linalg.norm(np.cross(one[:, 1] - one[:, 0], one[:, 2] - one[:, 0]), axis=1)
+        assert area.min() > 1e-9
+    pane = corners(mesh, "window-left")
+    assert np.all(np.cross(pane[:, 1] - pane[:, 0], pane[:, 2] - pane[:, 0])[:, 1] > 0)
+
+
 @pytest.mark.parametrize("end", ["front", "rear"])
 def test_radars_can_be_mounted_at_both_ends(end):
     mount = bumper_mount("articulated-truck", end)
