@@ -26,6 +26,7 @@ one reflector. Rims are open between five spokes as far as the brake disc.
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Annotated, Final
 
 import numpy as np
@@ -33,7 +34,7 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.spec import Spec
 from polychirp.traffic.outline import Outline
-from polychirp.traffic.surface import Fineness, SurfaceBuilder
+from polychirp.traffic.surface import FINEST_EDGE, Fineness, SurfaceBuilder
 from polychirp.traffic.vehicle_parts import sheet
 from polychirp.units import Unit
 
@@ -77,6 +78,10 @@ RADIATOR_LEAN: Final = math.radians(4.0)
 
 RADIATOR_GAP: Final = 0.10
 """Distance from the beam back to the middle of the radiator, m; chosen."""
+
+SHADED_ROW: Final = 0.25
+"""Height of the rows of facets of radiator and beam over ``max_edge``. Facets are lit or dark as a
+whole, and edges of plate and beam, which are level, cast their shadows on them."""
 
 LAMP: Final = (0.11, 0.075, 0.05)
 """Width, height and depth of the chamber of a lamp, m; chosen."""
@@ -216,7 +221,7 @@ def bumper_beam(
     place = np.column_stack([x + facing * radius * (np.cos(turn) - 1), radius * np.sin(turn)])
     lines = [
         builder.line(np.column_stack([place, np.full(len(turn), z)]))
-        for z in np.linspace(*BEAM, fine.steps(BEAM[1] - BEAM[0]) + 1)
+        for z in _shaded_rows(fine, *BEAM)
     ]
     builder.net(lines[::facing], part=part, material="metal")
 
@@ -225,11 +230,19 @@ def radiator(builder: SurfaceBuilder, fine: Fineness, *, x: float) -> None:
     """Add the left half of a flat radiator with its middle at ``x`` (m)."""
     width, low, high = RADIATOR
     middle, lean = 0.5 * (low + high), math.tan(RADIATOR_LEAN)
-    corners = [
-        np.array([x - lean * (z - middle), y, z])
-        for y, z in ((0.0, low), (width / 2, low), (width / 2, high), (0.0, high))
-    ]
-    _facing(builder, fine, corners, np.array([1.0, 0, 0]), part="radiator", material="metal")
+    for below, above in pairwise(_shaded_rows(fine, low, high)):
+        corners = [
+            np.array([x - lean * (z - middle), y, z])
+            for y, z in ((0.0, below), (width / 2, below), (width / 2, above), (0.0, above))
+        ]
+        _facing(builder, fine, corners, np.array([1.0, 0, 0]), part="radiator", material="metal")
+
+
+def _shaded_rows(fine: Fineness, low: float, high: float) -> list[float]:
+    """Heights, m, between rows of facets that lie in shadows with level edges."""
+    edge = max(FINEST_EDGE, SHADED_ROW * fine.max_edge)
+    rows: list[float] = np.linspace(low, high, math.ceil((high - low) / edge - 1e-9) + 1).tolist()
+    return rows
 
 
 def lamp(
