@@ -1,7 +1,7 @@
 """Random traffic for statistics: every seed gives another street, without overlapping vehicles."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Final, Literal
 
@@ -119,7 +119,8 @@ class RandomTraffic(Spec):
     num_carriers : number of further vehicles, carrier-1, …, within twice the ``reach``, on which
         a study may mount radars; they need not be visible
     reach : greatest distance from the viewer's front to the nearest point of a target, m
-    gap : least distance between vehicles of one lane, m
+    gap : least distance between vehicles of one lane, m; vehicles on crossing lanes keep it, along
+        x or y, also from those on lanes along x
     shape : with ``points``, an isotropic scatterer stands for every target, at the nearest point
         of the place that the vehicle would cover
     rcs : radar cross section of such a scatterer, m²
@@ -252,7 +253,7 @@ class RandomTraffic(Spec):
                 if (
                     is_ahead(eye, nearest_point(eye, box), reach)
                     and all(are_apart(box, other, self.gap) for other in (*taken.values(), *boxes))
-                    and not (place.is_crossing and self._is_close(box, places))
+                    and not self._is_close(place, taken.values(), places)
                     and hides_none(eye, box, points)
                     and not (is_target and not is_seen(eye, box, [*hiding, *boxes]))
                 ):
@@ -264,10 +265,24 @@ class RandomTraffic(Spec):
             points += [nearest_point(eye, box)] if is_target else []
         return places
 
-    def _is_close(self, box: Rectangle, places: list[Place]) -> bool:
-        """True if another vehicle of a crossing lane is closer than the gap along that lane."""
-        crossing = [place.rectangle for place in places if place.is_crossing]
-        return not all(are_apart_across(box, other, self.gap) for other in crossing)
+    def _is_close(self, place: Place, taken: Iterable[Rectangle], places: Sequence[Place]) -> bool:
+        """True if a vehicle is closer than the gap to one whose way it crosses.
+
+        Vehicles of crossing lanes keep the gap along their lane from each other, and along x or y
+        from all others.
+        """
+        box = place.rectangle
+        for other in places:
+            if place.is_crossing and other.is_crossing:
+                if not are_apart_across(box, other.rectangle, self.gap):
+                    return True
+            elif (place.is_crossing or other.is_crossing) and not are_apart(
+                box, _widened(other.rectangle, self.gap), 0.0
+            ):
+                return True
+        return place.is_crossing and not all(
+            are_apart(box, _widened(other, self.gap), 0.0) for other in taken
+        )
 
     def _place(self, draw: np.random.Generator, eye: Eye, reach: float) -> Place:
         lanes: tuple[Lane | CrossingLane, ...] = (*self.lanes, *self.crossing)
@@ -307,6 +322,11 @@ class RandomTraffic(Spec):
         speed = -place.speed if place.oncoming else place.speed
         velocity = (0.0, speed, 0.0) if place.is_crossing else (speed, 0.0, 0.0)
         return Point(name=name, x=x, y=y, z=POINT_HEIGHT, rcs=self.rcs, velocity=velocity)
+
+
+def _widened(box: Rectangle, gap: float) -> Rectangle:
+    """A rectangle with ``gap`` (m) more on each side."""
+    return box[0] - gap, box[1] + gap, box[2] - gap, box[3] + gap
 
 
 def _bounds(body: Vehicle | RoadUser) -> Rectangle:

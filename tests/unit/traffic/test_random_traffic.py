@@ -12,7 +12,7 @@ import pytest
 from polychirp.errors import InputError
 from polychirp.rng import Streams
 from polychirp.traffic.placing import is_clear, nearest_point
-from polychirp.traffic.random_traffic import Lane, RandomTraffic
+from polychirp.traffic.random_traffic import CrossingLane, Lane, RandomTraffic
 from polychirp.traffic.road_users import Bicycle, Motorcycle
 from polychirp.traffic.street import Street, Vehicle, overlap
 from polychirp.traffic.vehicle import vehicle_size
@@ -34,6 +34,21 @@ def test_no_two_vehicles_collide_and_those_of_a_lane_keep_their_gap() -> None:
                 boxes = [car.footprint()[1][:, 0] for car in (first, second)]
                 behind, ahead = sorted(boxes, key=lambda x: float(x.min()))
                 assert ahead.min() - behind.max() >= TRAFFIC.gap
+
+
+def test_vehicles_of_a_crossing_street_keep_the_gap_from_all_that_cross_their_way() -> None:
+    crossing = (CrossingLane(x=15.0), CrossingLane(x=18.5, oncoming=True))
+    traffic = RandomTraffic(seen_from="ego", num_targets=6, num_carriers=3, crossing=crossing)
+    distances = []
+    for seed in range(60):
+        for pair in combinations(traffic.on(STREET, Streams(seed)).vehicles, 2):
+            if sum(abs(math.sin(car.heading)) > 0.5 for car in pair) == 1:
+                (first, second) = (car.footprint()[1] for car in pair)
+                low = np.maximum(first.min(axis=0), second.min(axis=0))
+                high = np.minimum(first.max(axis=0), second.max(axis=0))
+                distances.append(float(np.max(low - high)))
+    assert len(distances) > 100
+    assert min(distances) >= traffic.gap - 1e-9
 
 
 def test_road_users_of_the_street_are_left_room() -> None:
