@@ -13,7 +13,7 @@ import polychirp as pc
 
 
 def chirp(bandwidth: float) -> pc.Baseband:
-    """A chirp of 20 µs, sampled at 100 MS/s about 76.55 GHz."""
+    """A chirp of 20 µs, sampled at 100 MS/s about 76.54 GHz."""
     ramp = pc.Sawtooth(start_frequency=76.5e9, bandwidth=bandwidth, ramp_duration=20e-6)
     schedule = ramp.schedule(num_sweeps=1, streams=pc.Streams(seed=1))
     return pc.played(schedule, sample_rate=100e6, centre_frequency=76.54e9)
