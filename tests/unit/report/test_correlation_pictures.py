@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.correlation.ambiguity import Ambiguity
 from polychirp.correlation.base import Correlation
 from polychirp.correlation.lobes import lobes
 from polychirp.correlation.theory import crossing_peak, opposite_peak
@@ -12,6 +13,7 @@ from polychirp.model.transceiver import Transceiver
 from polychirp.report.correlation import correlation_csv, correlation_json, correlation_table
 from polychirp.report.figures.correlation import (
     NUM_CURVE_BINS,
+    ambiguity_picture,
     correlation_picture,
     curve,
     pair_picture,
@@ -151,3 +153,13 @@ def test_tables_have_every_case():
     record = correlation_json(made)
     assert record["cases"][0]["theory"]["peak"] == pytest.approx(1.0)
     assert record["cases"][3]["paper"] is None
+
+
+def test_cells_of_an_ambiguity_are_drawn_about_their_lag_and_doppler_shift():
+    found = Ambiguity(
+        amplitude=np.ones((3, 5), dtype=np.complex128),
+        doppler=np.array([-1e3, 0.0, 1e3]),
+        lag=1e-6 * np.arange(-2.0, 3.0),
+    )
+    (image,) = ambiguity_picture(found, title="x").figure.axes[0].images
+    assert image.get_extent() == pytest.approx([-2.5, 2.5, -1.5, 1.5])

@@ -173,7 +173,7 @@ def ambiguity_picture(found: Ambiguity, *, title: str) -> Drawing:
     axes.grid(visible=False)
     image = axes.imshow(
         level,
-        extent=(lag[0], lag[-1], doppler[0], doppler[-1]),
+        extent=(*_cell_edges(lag), *_cell_edges(doppler)),
         origin="lower",
         aspect="auto",
         vmin=-60.0,
@@ -184,6 +184,12 @@ def ambiguity_picture(found: Ambiguity, *, title: str) -> Drawing:
     figure.colorbar(image, ax=axes, label="Ambiguity (dB)", pad=0.01)
     middle = int(np.argmin(np.abs(found.doppler)))
     return Drawing(figure=figure, data={"lag_us": lag, "no_doppler_db": level[middle]})
+
+
+def _cell_edges(middles: FloatArray) -> tuple[float, float]:
+    """Outer edges of the first and of the last cell, of which ``middles`` are evenly spaced."""
+    half = 0.5 * float(middles[-1] - middles[0]) / max(middles.size - 1, 1)
+    return float(middles[0]) - half, float(middles[-1]) + half
 
 
 @styled
