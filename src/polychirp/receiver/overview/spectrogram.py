@@ -23,7 +23,8 @@ def spectrogram(receiver: ReceiverSettings, frame: IfFrame, *, channel: int = 0)
 
     The receiver's mitigation comes first. The window is Hann's, twice as long as the square root of
     a ramp's number of samples, so that it resolves time and beat alike. All ramps have equally many
-    windows, from the first sample to the last: those of shorter ramps overlap more.
+    windows, about the same shares of each ramp: those of shorter ramps overlap more, and the first
+    and last of them are repeated, as a window does not reach beyond its ramp.
     """
     times = frame.times
     size = max(LEAST_WINDOW, 2 ** round(np.log2(2.0 * np.sqrt(times.most_samples))))
@@ -31,12 +32,15 @@ def spectrogram(receiver: ReceiverSettings, frame: IfFrame, *, channel: int = 0)
     count = 1 + STEPS_PER_WINDOW * (times.most_samples - size) // size
     window = hann(size, sym=False)
     samples = mitigated(receiver.mitigation, frame).samples[channel]
-    share = np.arange(count) / max(1, count - 1)
-    first = np.rint(share * (times.num_samples[:, None] - size)).astype(np.int64)
+    start = np.arange(count) / max(1, count - 1) * (times.most_samples - size)
+    share = (start + 0.5 * size) / times.most_samples
+    room = times.num_samples[:, None] - size
+    wanted = np.rint(share * times.num_samples[:, None] - 0.5 * size)
+    first = np.clip(wanted, 0, room).astype(np.int64)
     pieces = sliding_window_view(samples, size, axis=1)[np.arange(len(samples))[:, None], first]
     spectrum = np.fft.fftshift(np.fft.fft(pieces * (window / window.sum())), axes=-1)
     return Spectrogram(
         power=np.abs(spectrum) ** 2,
-        share=(share * (times.most_samples - size) + 0.5 * size) / times.most_samples,
+        share=share,
         beat=np.fft.fftshift(np.fft.fftfreq(size, 1.0 / times.rate)),
     )

@@ -5,6 +5,7 @@ import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.radar import Converter
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.mitigation.blanking import Blanking
@@ -12,6 +13,7 @@ from polychirp.receiver.overview.range_azimuth import elevation_sines, range_azi
 from polychirp.receiver.overview.range_rate import range_profile, range_rate_map
 from polychirp.receiver.overview.spectrogram import spectrogram
 from polychirp.receiver.overview.sums import ChirpSums, LongRampMeans, RampSums, sums_of
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import AutoReceiver
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Sawtooth
@@ -154,3 +156,24 @@ def test_mitigation_comes_first(case):
     repaired = type(receiver)(mitigation=Blanking(guard=1e-6))
     assert spectrogram(repaired, hit).power.max() < 2.0 * POINT.power
     assert range_rate_map(repaired, hit).power.max() < 1.2 * POINT.power
+
+
+@pytest.mark.parametrize("place", [0.42, 0.6])
+def test_a_burst_is_at_its_share_of_a_ramp_of_any_length(place):
+    """Ramps of 800 and of 100 samples, whose windows are of 64 samples."""
+    one = Sawtooth(start_frequency=77e9, bandwidth=0.6e9, ramp_duration=80e-6).schedule(
+        num_sweeps=2, streams=Streams(1)
+    )
+    count = np.array([800, 100])
+    samples = np.zeros((1, 2, 800), dtype=np.complex128)
+    for ramp, number in enumerate(count):
+        samples[0, ramp, round(place * number) - 1 : round(place * number) + 2] = 1.0
+    frame = IfFrame(
+        samples=samples,
+        times=SampleTimes(first=one.start_time, num_samples=count, rate=10e6),
+        schedule=one,
+        array=AntennaArray(num_channels=1),
+    )
+    seen = spectrogram(RangeDoppler(), frame)
+    brightest = np.argmax(seen.power.sum(axis=-1), axis=1)
+    np.testing.assert_allclose(seen.share[brightest], place, atol=0.02)
