@@ -313,3 +313,34 @@ def test_weak_paths_are_those_below_the_dynamic_range():
         mine = (everything.transmitter == t) & (everything.receiver == x)
         expected = np.sum(mine & (power * 1e3 >= np.max(power[mine])))
         assert pair(strong, t, x).num_paths == expected
+
+
+@pytest.mark.parametrize("turn", [0.0, 10.0, 37.0, 90.0, 137.0, 200.0])
+def test_two_walls_that_face_each_other_mirror_the_radar_twice_in_every_direction(turn):
+    """Both orders have the amplitude λ/4πd of the images, d twice the distance of the walls.
+
+    Each wall hid its own mirror point or not by rounding, with the direction of the street.
+    """
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    walls = [
+        Actor(
+            name=name,
+            kind="building",
+            plates=(
+                Plate(
+                    centre=(-7.3 * side * s + 3.0, 7.3 * side * c - 1.0, 0.0),
+                    half_u=(9.0 * side * c, 9.0 * side * s, 0.0),
+                    half_v=(0.0, 0.0, 9.0),
+                    material="metal",
+                    part="wall",
+                ),
+            ),
+        )
+        for name, side in (("left", 1.0), ("right", -1.0))
+    ]
+    places = [(3.0 + 0.4 * c - 1.1 * s, -1.0 + 0.4 * s + 1.1 * c, 0.3)]
+    paths = traced(walls, places)
+    assert paths.num_paths == 2
+    np.testing.assert_allclose(paths.delay * SPEED_OF_LIGHT, 29.2, atol=1e-9)
+    endless = SPEED_OF_LIGHT / 79e9 / (4 * np.pi * 29.2)
+    np.testing.assert_allclose(np.abs(paths.transfer[:, 0, 0]), endless, rtol=0.02)

@@ -28,7 +28,7 @@ different distances, the wave is diffracted twice, but only the narrower opening
 that are oblique to each other are treated as parallel.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -54,6 +54,10 @@ from polychirp.channel.specular.images import (
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import polarisation_basis
 from polychirp.model.paths import Bounce, PropagationPaths
+
+LEAST_OPENING: Final = 1e-3
+"""1 + n·n' of the normals of two plates, below which they face each other and meet in no corner.
+Chosen: it is an angle of 2.6 degrees between them."""
 
 
 def corner_paths(world: World, pairs: IntArray) -> PropagationPaths:
@@ -162,11 +166,9 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
     opening = _opening(
         first, second, (image, twice), (image_of(sink, second), sink), 2 * np.pi / world.wavenumber
     )
-    # points are moved in front of both plates, so that neither hides them, even in the corner
-    lift = 1e-6 * (first.normal + second.normal)
     one, two = (
-        nearest_on_plates(first, meet[:, 0]) + lift,
-        nearest_on_plates(second, meet[:, 1]) + lift,
+        nearest_on_plates(plates, meet[:, number]) + _lift(plates, other)
+        for number, (plates, other) in enumerate([(first, second), (second, first)])
     )
     return _Rays(
         pair=pair,
@@ -181,6 +183,18 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
         meet=meet,
         legs=np.stack([source, one, one, two, sink, two], axis=1).reshape(-1, 3, 2, 3),
     )
+
+
+def _lift(plates: Plates, other: Plates) -> FloatArray:
+    """Ways, m ``(path, xyz)``, by which points on ``plates`` come in front of both plates.
+
+    Neither plate then hides them, even in the corner of both. Plates that face each other have no
+    corner, and opposite normals, whose sum is no way.
+    """
+    opening = 1 + np.sum(plates.normal * other.normal, axis=-1, keepdims=True)
+    has_corner = opening > LEAST_OPENING
+    both = (plates.normal + other.normal) / np.where(has_corner, opening, 1.0)
+    return np.asarray(1e-6 * np.where(has_corner, both, plates.normal))
 
 
 def _paths(world: World, rays: _Rays, losses: ComplexArray) -> PropagationPaths:
