@@ -22,6 +22,10 @@ half of it on, a straight edge makes less than −33 dB of the unobstructed fiel
 MAX_ZONES_BLOCKED: Final = 300.0
 """The same number for a blocked line of sight. Chosen likewise, for −38 dB."""
 
+LEAST_SLANT: Final = 1e-6
+"""Sine of the angle to the vertical below which a line of sight counts as vertical. Chosen: far
+above the rounding of positions."""
+
 
 class Mirror(NamedTuple):
     """A plane that reflects: the ``number`` of its plate, ``centre`` m, ``normal``, ``velocity``.
@@ -154,8 +158,13 @@ def _hiding_most_first(world: World, ends: FloatArray, chosen: BoolArray) -> Int
 
 
 def rotation_to(axis: FloatArray) -> FloatArray:
-    """Rotation matrix into a frame whose first axis is ``axis``; its rows are the axes."""
-    spare = np.eye(3)[np.argmin(np.abs(axis))]
+    """Rotation matrix into a frame whose first axis is ``axis``; its rows are the axes.
+
+    Its second axis is horizontal, so that half-planes about lines of sight are the same in streets
+    of every direction, and mirrored in mirrored streets.
+    """
+    is_upright = np.hypot(axis[0], axis[1]) < LEAST_SLANT
+    spare = np.array([1.0, 0.0, 0.0] if is_upright else [0.0, 0.0, 1.0])
     side = np.cross(axis, spare)
     side = side / np.linalg.norm(side)
     return np.stack([axis, side, np.cross(axis, side)])
