@@ -51,3 +51,10 @@ def test_turned_scenes_have_the_same_waves(turn):
     expected = field_between_radars()
     assert abs(expected) > 0.01
     assert abs(field_between_radars(turn=np.radians(turn)) - expected) < 1e-9
+
+
+@pytest.mark.parametrize("turn", [0.0, 37.0])
+def test_mirrored_scenes_have_the_same_waves(turn):
+    """Edges were continued in the order in which half-planes turn, which a mirror reverses."""
+    found = field_between_radars(turn=np.radians(turn), side=-1.0)
+    assert abs(found - field_between_radars()) < 5e-5

@@ -187,27 +187,54 @@ def _point(edge: FloatArray, azimuth: int) -> Vector:
     return edge[DEPTH], height * math.cos(angle), height * math.sin(angle)
 
 
+@inlined
+def _first_edge(blocked: Blocked, azimuth: int, side: int, touch: float) -> int:
+    """Number of a half-plane's first edge; an interval that begins on the line has no near one."""
+    edge = blocked.edge
+    if side == NEAR_SIDE and blocked.filled[azimuth] > 0:
+        return 1 if edge[azimuth, 0, NEAR_SIDE, EXCESS] <= touch else 0
+    return 0
+
+
 @inner
 def _find_partners(
     blocked: Blocked, i: int, j: int, side: int, touch: float, partner: IntArray
 ) -> None:
     """Write, for every edge of half-plane i, the edge of half-plane j that continues it.
 
-    An edge that ends at half-plane i has `NO_PARTNER`.
+    An edge that ends at half-plane i has `NO_PARTNER`. Edges do not cross: all edges of the
+    half-plane that has fewer are continued, in their order, so that the sum of the steps of excess
+    is least. That is the same from i to j and from j to i.
     """
     partner[:] = NO_PARTNER
-    is_taken = np.zeros(MAX_INTERVALS + 1, dtype=np.bool_)
-    for a in range(blocked.filled[i]):
-        excess = blocked.edge[i, a, side, EXCESS]
-        best, least = NO_PARTNER, np.inf
-        for b in range(blocked.filled[j]):
-            other = blocked.edge[j, b, side, EXCESS]
-            is_edge = side == FAR_SIDE or min(excess, other) > touch
-            if is_edge and not is_taken[b] and abs(excess - other) < least:
-                best, least = b, abs(excess - other)
-        partner[a] = best
-        if best != NO_PARTNER:
-            is_taken[best] = True
+    begin, other = (
+        _first_edge(blocked, i, side, touch),
+        _first_edge(blocked, j, side, touch),
+    )
+    size, count = blocked.filled[i] - begin, blocked.filled[j] - other
+    is_turned = size > count
+    if is_turned:
+        i, j, begin, other, size, count = j, i, other, begin, count, size
+    if size == 0:
+        return
+    # least sums of steps for the first a edges of i, and the first b edges of j
+    least = np.full((size + 1, count + 1), np.inf)
+    least[0] = 0.0
+    for a in range(size):
+        for b in range(a, count):
+            step = abs(
+                blocked.edge[i, begin + a, side, EXCESS] - blocked.edge[j, other + b, side, EXCESS]
+            )
+            least[a + 1, b + 1] = min(least[a + 1, b], least[a, b] + step)
+    b = count
+    for a in range(size, 0, -1):
+        while b > a and least[a, b] == least[a, b - 1]:
+            b -= 1
+        b -= 1
+        if is_turned:
+            partner[other + b] = begin + a - 1
+        else:
+            partner[begin + a - 1] = other + b
 
 
 @inner
