@@ -21,6 +21,7 @@ from polychirp.channel.base import (
 )
 from polychirp.channel.geometry.caster_names import CasterName
 from polychirp.channel.materials.library import NamedMaterial, material_table
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
@@ -82,7 +83,8 @@ class Composite(AtFrequency, Spec):
     diffuse : true if rough planes and leaves scatter. Every radar then has hundreds of weak paths
         more, most of them from the road within 5 m, which receivers take for as many objects
     diffuse_range : like ``dynamic_range``, for each single diffuse path
-    max_length : m, of the longest path that is traced; a few hundred save time in long streets
+    max_length : m, of the longest path that is traced, from transmitter to receiver, so that own
+        echoes come from half as far; a few hundred save time in long streets
     caster : of the rays that test for obstacles. "numba" is always available, "embree" needs the
         extra of that name, "auto" takes Embree if it is installed. Their results differ only for
         rays that pass an edge within some micrometres
@@ -190,7 +192,17 @@ class Composite(AtFrequency, Spec):
 
             parts.append(self._clutter("rough planes", partial(diffuse_paths, seed=self.seed)))
             parts.append(self._clutter("leaves", partial(foliage_paths, seed=self.seed)))
-        return tuple(parts)
+        return tuple(self._limited(part) for part in parts)
+
+    def _limited(self, part: Part) -> Part:
+        """The part without paths that are longer than ``max_length``."""
+
+        def trace(world: "World", pairs: IntArray, strongest: FloatArray) -> PropagationPaths:
+            found = part.trace(world, pairs, strongest)
+            is_short = found.delay * SPEED_OF_LIGHT <= self.max_length
+            return found if np.all(is_short) else found.select(is_short)
+
+        return part._replace(trace=trace)
 
     def _clutter(self, name: str, mechanism: Mechanism) -> Part:
         """A part of many weak paths, limited to ``diffuse_range`` below their pair's strongest."""
