@@ -308,6 +308,32 @@ def test_a_path_says_whether_it_bends_before_or_behind_the_mirror():
         assert paths.arrival[strongest, 2] < 0
 
 
+@pytest.mark.parametrize("y", [0.0, 0.12, 0.25, 0.4])
+def test_a_radar_sees_itself_past_an_edge_alike_in_every_direction(y):
+    """An edge has the same excess before and behind the mirror: Kirchhoff's integral over one.
+
+    A square of 0.3 m stands before a wall. The wall, the square and the radar are turned and moved.
+    """
+    fields = []
+    for turn, shift in ((0.0, 0.0), (1e-9, 0.0), (0.3, 3.0), (1.1, -70.0), (2.5, 800.0)):
+        street = Pose(x=shift, y=shift, z=0.6, yaw=turn)
+        places = street.to_outer(np.array([[0.0, 0.0, 0.0], [12.0, 0.0, 0.0], [5.0, y, 0.0]]))
+        radar, wall, square = places.tolist()
+        surface = Plate(
+            centre=(0, 0, 0), half_u=(0, 60, 0), half_v=(0, 0, -60), material="metal", part="w"
+        )
+        poses = [Pose(x=at[0], y=at[1], z=at[2], yaw=turn) for at in (wall, square)]
+        mirror = Actor(name="wall", kind="building", pose=poses[0], plates=(surface,))
+        screen = Actor(name="square", kind="object", pose=poses[1], mesh=mesh_of(plate(0.3, 0.3)))
+        # the second radar, high above, makes the wall the actor of number `ROAD`
+        scene = around([mirror, screen], [radar, (radar[0], radar[1], 50.0)])
+        fields.append(relative_field(scene, t=0, x=0))
+    np.testing.assert_allclose(fields, fields[0], atol=1e-6)
+    placed = plate(0.3, 5e-3) + np.array([5.0, y, 0.0])
+    expected = beside_obstacle(placed, np.array([24.0, 0.0, 0.0]), np.zeros(3), FREQUENCY)
+    assert abs(fields[0] - expected) < 0.012
+
+
 def test_what_is_behind_a_mirror_or_beside_its_plate_obstructs_nothing():
     buried = body(box((0.5, 0.5, 0.4), 0.2), x=15.0, z=-0.4)
     assert np.all(np.diff(by_the_road(around([road(), buried], ENDS)).bounce_start) == 1)

@@ -15,6 +15,9 @@ or the edge of a bumper moves into its way.
 the strength that the geometric path has, so that waves are followed only if that path meets the
 plate itself. Bodies that are behind the mirror's plane, or belong to the same actor, obstruct
 nothing by their edges. A wave that is reflected both before and after the same edge is left out.
+
+A radar that sees itself in a mirror has every edge at the same excess before the reflection and
+behind it. Only the edges behind it are then sought, and half of their field goes either way.
 """
 
 import numpy as np
@@ -24,6 +27,7 @@ from polychirp.channel.base import gather, no_paths, path_table, strength, stron
 from polychirp.channel.diffraction.edge_paths import EdgePaths, edge_paths
 from polychirp.channel.diffraction.sight_lines import (
     Line,
+    Obstructing,
     line_by_mirror,
     mirror_of,
     obstructing,
@@ -105,6 +109,10 @@ def _edges_of(
     """The line between two radars by way of a plate with its edges; None if there are none."""
     line = line_by_mirror(world, first, second, mirror_of(world, plate), is_clear)
     some = obstructing(world, line)
+    if first == second:
+        # the images block the same intervals; rounding would choose between the two at every edge
+        none = np.zeros(0, dtype=np.int64)
+        some = some[0], Obstructing(none, none)
     if all(one.is_empty for one in some):
         return None
     return line, edge_paths(world, line, some)
@@ -119,10 +127,13 @@ def _path_tables(
     """
     mirrors, mirror = found.paths, mirror_of(world, int(found.plate[number]))
     a, b = int(mirrors.transmitter[number]), int(mirrors.receiver[number])
-    is_forward = a <= b
     tables = []
-    for is_image in (True, False):
+    # a radar's own waves, which have no images of edges, go both ways
+    ways = ((True, a <= b), (False, a <= b)) if a != b else ((False, True), (False, False))
+    for is_image, is_forward in ways:
         some = edges.select(edges.is_image == is_image)
+        if a == b:
+            some = some._replace(field=0.5 * some.field)
         ends = mirror.turned(some.out), some.back
         departure, arrival = ends if is_forward else ends[::-1]
         size = len(some.actor)
