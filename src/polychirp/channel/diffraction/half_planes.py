@@ -14,8 +14,9 @@ from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.geometry.vectors import Vector
 from polychirp.jit import inlined, inner
 
-NUM_AZIMUTHS = 360
-"""Number of half-planes about a line of sight. Chosen; between them, straight edges are exact."""
+NUM_AZIMUTHS = 720
+"""Number of half-planes about a line of sight. Chosen: half of them would save 1 % of a trial; between
+them, straight edges are exact."""
 
 MAX_INTERVALS = 48
 """Greatest number of blocked intervals in a half-plane. Chosen; of more, the closest two unite."""
