@@ -7,12 +7,14 @@ from typing import Annotated, Final, Literal
 
 import numpy as np
 
+from polychirp.axes import FloatArray
 from polychirp.errors import InputError
 from polychirp.rng import Streams
 from polychirp.spec import Spec
 from polychirp.traffic.placing import (
     MIN_DISTANCE,
     RANDOM_BODIES,
+    SIGHT_MARGIN,
     Eye,
     Place,
     Rectangle,
@@ -24,7 +26,7 @@ from polychirp.traffic.placing import (
     nearest_point,
 )
 from polychirp.traffic.road_users import RoadUser
-from polychirp.traffic.street import Coarseness, FacetEdge, Point, Street, Vehicle
+from polychirp.traffic.street import Coarseness, FacetEdge, Point, Street, Vehicle, overlap
 from polychirp.traffic.vehicle import vehicle_size
 from polychirp.units import Between, Metres, MetresPerSecond, SquareMetres, from_db
 
@@ -34,6 +36,9 @@ so that streets of one seed share them. Chosen."""
 
 POINT_HEIGHT: Final = 0.5
 """Height of targets that are points, m: the default height of radars in `traffic.mounting`."""
+
+WALL_DISTANCE: Final = 0.3
+"""Least distance of a vehicle from buildings, m; chosen: side mirrors reach 0.2 m."""
 
 _PLACES_TRIED: Final = 100
 """Number of random places tried for one vehicle before the whole street is drawn again. Chosen."""
@@ -104,13 +109,14 @@ Positions are chosen."""
 class RandomTraffic(Spec):
     """Vehicles at random places in front of a viewing vehicle that heads along +x.
 
-    They are clear of the street's own vehicles, motorcycles, bicycles and pedestrians. Targets are
-    visible: none of these and no other random vehicle hides a target's nearest point from the
-    middle of the viewing vehicle's front. Streets of one seed that differ only in the number of
-    targets share their carriers and the targets of the smaller street, up to `LEAST_DRAWN` targets.
-    So a street of fewer targets is one in which that many would be visible, as far as they fit:
-    its targets hide others more rarely. The mean range of a lone target is 17.5 m instead of 16 m,
-    and 13 % instead of 17 % of them are nearer than 8 m.
+    They are clear of the street's own vehicles, motorcycles, bicycles and pedestrians, and of
+    its buildings. Targets are visible: none of these and no other random vehicle hides a
+    target's nearest point from the middle of the viewing vehicle's front. Streets of one seed
+    that differ only in the number of targets share their carriers and the targets of the
+    smaller street, up to `LEAST_DRAWN` targets. So a street of fewer targets is one in which
+    that many would be visible, as far as they fit: its targets hide others more rarely. The
+    mean range of a lone target is 17.5 m instead of 16 m, and 13 % instead of 17 % of them are
+    nearer than 8 m.
 
     Parameters
     ----------
@@ -211,6 +217,7 @@ class RandomTraffic(Spec):
     def _places(self, street: Street, eye: Eye, streams: Streams) -> list[Place]:
         """Places of all carriers, then of at least `LEAST_DRAWN` targets if they fit."""
         taken = {body.name: _bounds(body) for body in (*street.vehicles, *street.road_users)}
+        walls = [building.footprint()[1] for building in street.buildings]
         wanted = max(self.num_targets, LEAST_DRAWN)
         shortest = min(vehicle_size(body)[0] for body in RANDOM_BODIES)
         # bound on the vehicles that fit on all lanes within the carriers' reach, twice the targets'
@@ -224,7 +231,7 @@ class RandomTraffic(Spec):
             )
         best: list[Place] = []
         for number in range(_STREETS_TRIED):
-            places = self._street_of(streams["traffic", number], taken, eye, wanted)
+            places = self._street_of(streams["traffic", number], taken, walls, eye, wanted)
             if len(places) == self.num_carriers + wanted:
                 return places
             best = max(best, places, key=len)
@@ -237,9 +244,17 @@ class RandomTraffic(Spec):
         return best
 
     def _street_of(
-        self, draw: np.random.Generator, taken: Mapping[str, Rectangle], eye: Eye, wanted: int
+        self,
+        draw: np.random.Generator,
+        taken: Mapping[str, Rectangle],
+        walls: Sequence[FloatArray],
+        eye: Eye,
+        wanted: int,
     ) -> list[Place]:
-        """Places of carriers, then of targets, until no place is found for the next vehicle."""
+        """Places of carriers, then of targets, until no place is found for the next vehicle.
+
+        ``walls`` are corners of buildings, m, each ``(4, xy)``.
+        """
         hiding = [box for name, box in taken.items() if name != self.seen_from]
         places: list[Place] = []
         boxes: list[Rectangle] = []
@@ -256,6 +271,8 @@ class RandomTraffic(Spec):
                     and not self._is_close(place, taken.values(), places)
                     and hides_none(eye, box, points)
                     and not (is_target and not is_seen(eye, box, [*hiding, *boxes]))
+                    and not _meets(_corners(_widened(box, WALL_DISTANCE)), walls)
+                    and not (is_target and _meets(_line_of_sight(eye, box), walls))
                 ):
                     break
             else:
@@ -327,6 +344,25 @@ class RandomTraffic(Spec):
 def _widened(box: Rectangle, gap: float) -> Rectangle:
     """A rectangle with ``gap`` (m) more on each side."""
     return box[0] - gap, box[1] + gap, box[2] - gap, box[3] + gap
+
+
+def _corners(box: Rectangle) -> FloatArray:
+    """Corners of a rectangle in their order, m, ``(4, xy)``."""
+    left, right, low, high = box
+    return np.array([[left, low], [right, low], [right, high], [left, high]])
+
+
+def _line_of_sight(eye: Eye, box: Rectangle) -> FloatArray:
+    """Corners of the line to the nearest point of ``box``, `SIGHT_MARGIN` wide on each side, m."""
+    start, end = np.array(eye), np.array(nearest_point(eye, box))
+    along = (end - start) / math.dist(start, end)
+    aside = SIGHT_MARGIN * np.array([-along[1], along[0]])
+    return np.array([start - aside, end - aside, end + aside, start + aside])
+
+
+def _meets(corners: FloatArray, others: Iterable[FloatArray]) -> bool:
+    """True if a rectangle ``(4, xy)`` overlaps one of the others."""
+    return any(overlap(corners, other) for other in others)
 
 
 def _bounds(body: Vehicle | RoadUser) -> Rectangle:

@@ -14,7 +14,7 @@ from polychirp.rng import Streams
 from polychirp.traffic.placing import is_clear, nearest_point
 from polychirp.traffic.random_traffic import CrossingLane, Lane, RandomTraffic
 from polychirp.traffic.road_users import Bicycle, Motorcycle
-from polychirp.traffic.street import Street, Vehicle, overlap
+from polychirp.traffic.street import Building, Street, Vehicle, overlap
 from polychirp.traffic.vehicle import vehicle_size
 
 STREET = Street(vehicles=(Vehicle(name="ego", x=3.0, y=-1.75),))
@@ -49,6 +49,27 @@ def test_vehicles_of_a_crossing_street_keep_the_gap_from_all_that_cross_their_wa
                 distances.append(float(np.max(low - high)))
     assert len(distances) > 100
     assert min(distances) >= traffic.gap - 1e-9
+
+
+def test_vehicles_of_a_crossing_street_neither_stand_in_buildings_nor_behind_them() -> None:
+    crossing = (CrossingLane(x=15.0), CrossingLane(x=18.5, oncoming=True))
+    traffic = RandomTraffic(seen_from="ego", num_targets=6, num_carriers=3, crossing=crossing)
+    house = Building(name="house", x=17.0, y=14.0, length=12.0, width=10.0, height=9.0)
+    before = Building(name="corner", x=10.0, y=-14.0, length=4.0, width=14.0, height=9.0)
+    turned = replace(before, name="turned", x=30.0, y=11.0, heading=0.5)
+    built = replace(STREET, buildings=(house, before, turned))
+    eye = np.array([STREET.vehicles[0].footprint()[1][:, 0].max(), -1.75])
+    for seed in range(60):
+        street = traffic.on(built, Streams(seed))  # raises where vehicles overlap buildings
+        for car in street.vehicles[1:]:
+            if car.name in traffic.target_names:
+                corners = car.footprint()[1]
+                near = np.clip(eye, corners.min(axis=0), corners.max(axis=0))
+                sight = eye + np.linspace(0.0, 1.0, 200)[:, None] * (near - eye)
+                for building in built.buildings:
+                    local = building.pose.to_inner(np.column_stack([sight, 0.0 * sight[:, 0]]))
+                    inside = np.abs(local[:, :2]) < (building.length / 2, building.width / 2)
+                    assert not np.any(np.all(inside, axis=1))
 
 
 def test_road_users_of_the_street_are_left_room() -> None:
