@@ -1,6 +1,7 @@
 """Curves of studies: places, styles and limits that can be read."""
 
 import json
+import math
 from dataclasses import fields, replace
 from itertools import pairwise
 
@@ -17,6 +18,8 @@ from polychirp.report.figures.study_curves import (
 )
 from polychirp.study.monte_carlo.records import NATURES
 from polychirp.study.monte_carlo.results import Results
+from polychirp.study.monte_carlo.summary import differences, summaries
+from polychirp.study.monte_carlo.tables import flat_row
 from polychirp.study.provenance import Provenance
 
 METHODS = (
@@ -91,7 +94,22 @@ def test_elevations_have_a_panel_if_an_array_measures_them(draw):
         drawing = draw(some, over="gap", title="")
         labels = [axes.get_ylabel() for axes in drawing.figure.axes]
         assert any("levation error" in label for label in labels) == is_shown
-        assert ("elevation_rmse" in drawing.data) == is_shown
+        assert ("elevation_rmse_rad" in drawing.data) == is_shown
+
+
+@pytest.mark.parametrize(
+    ("draw", "estimates"), [(study_curves, summaries), (study_differences, differences)]
+)
+def test_columns_of_curves_have_the_names_and_units_of_the_tables_of_the_study(draw, estimates):
+    """A figure has degrees and km/h, its table SI: the name of each column says so."""
+    results = results_of(("gap", (1, 2)))
+    data = draw(results, over="gap", title="").data
+    rows = [flat_row(row, results) for row in estimates(results)]
+    shared = set(data) - {"radar", "trials"}
+    assert {"range_rate_rmse_m_per_s", "azimuth_rmse_rad_low"} <= shared <= set(rows[0])
+    for name in shared:
+        known = [math.nan if row[name] is None else row[name] for row in rows]
+        assert data[name] == pytest.approx(known, nan_ok=True)
 
 
 def test_values_in_several_units_are_compared_in_si():

@@ -30,6 +30,7 @@ from polychirp.scoring.statistics import Estimate
 from polychirp.study.monte_carlo.grid import Label
 from polychirp.study.monte_carlo.results import Results
 from polychirp.study.monte_carlo.summary import Difference, Summary, differences, summaries
+from polychirp.study.monte_carlo.tables import UNIT_SUFFIXES
 
 Line = Literal["-", "--", ":", "-.", ""]
 """Line of a curve as matplotlib names it; empty if no line joins its points."""
@@ -317,6 +318,7 @@ def _finish(figure: Figure, styles: Mapping[Curve, Style], *, title: str, is_cut
 def _table(
     results: Results, rows: Sequence[Summary | Difference], quantities: Sequence[str]
 ) -> dict[str, list[Any]]:
+    """Estimates in SI, in columns with the names of the tables of `polychirp study`."""
     data: dict[str, list[Any]] = {
         name: [row.labels[n] for row in rows] for n, (name, _) in enumerate(results.axes)
     }
@@ -328,6 +330,7 @@ def _table(
         "_high": lambda one: one.high,
     }
     for name in quantities:
+        column = f"{name}{UNIT_SUFFIXES.get(name, '')}"
         for end, of in ends.items():
-            data[f"{name}{end}"] = [of(getattr(row, name)) for row in rows]
+            data[f"{column}{end}"] = [of(getattr(row, name)) for row in rows]
     return data

@@ -25,13 +25,13 @@ from polychirp.study.monte_carlo.summary import Difference, Summary, differences
 
 Row = Mapping[str, Label | None]
 
-_UNIT_SUFFIXES: Final = {
+UNIT_SUFFIXES: Final[Mapping[str, str]] = {
     "range_rmse": "_m",
     "range_rate_rmse": "_m_per_s",
     "azimuth_rmse": "_rad",
     "elevation_rmse": "_rad",
 }
-"""Endings that columns of `Summary` and `Difference` get in the tables."""
+"""Endings that columns of `Summary` and `Difference` get in tables; others are ratios."""
 
 
 FILES: Final = (
@@ -99,7 +99,7 @@ def _flat(row: Summary | Difference) -> dict[str, Label | None]:
     flat: dict[str, Label | None] = {}
     for field in fields(row):
         value = getattr(row, field.name)
-        name = f"{field.name}{_UNIT_SUFFIXES.get(field.name, '')}"
+        name = f"{field.name}{UNIT_SUFFIXES.get(field.name, '')}"
         if isinstance(value, Estimate):
             flat[name] = _known(value.value)
             flat[f"{name}_low"] = _known(value.low)
