@@ -56,26 +56,27 @@ class Peaks:
 def floors(seen: CoherentMap, cell: IntArray) -> FloatArray:
     """Noise power of a sample at cells ``(place, 2)`` of the map, W, ``(place,)``.
 
-    It is that of the cell's range, or the mean of a window around the cell where
-    this is greater: there a subtraction has left a residue, and a peak must stand out of it.
+    It is that of the cell's range, or the mean of a window around the cell where this is greater:
+    there a subtraction has left a residue, and a peak must stand out of it. It is that of the
+    cell's range rate where bursts make a ridge over all ranges.
     """
     if not len(cell):
         return np.zeros(0)
     is_few = len(cell) * WINDOW[0] * WINDOW[1] < seen.power.size
     near = (_near_means if is_few else _means)(seen.power, cell, *WINDOW) / seen.num_channels
-    return np.asarray(np.maximum(near, seen.range_floor[cell[:, 1]]))
+    of_axes = np.maximum(seen.range_floor[cell[:, 1]], seen.rate_floor[cell[:, 0]])
+    return np.asarray(np.maximum(near, of_axes))
 
 
 def peaks(seen: CoherentMap, axes: Grid, threshold: float) -> Peaks:
     """Peaks whose interpolated value exceeds ``threshold`` times the floor.
 
-    It exceeds that of its range rate too, where bursts make a ridge over all ranges. Values are
-    interpolated by parabolas through the logarithm of the power, along each axis.
+    Values are interpolated by parabolas through the logarithm of the power, along each axis.
     """
     least = (GREATEST_LOSS * threshold * seen.range_floor).astype(np.float32)
     cell = _maxima(seen.power, least)
     floor = floors(seen, cell)
-    needed = threshold * np.maximum(floor, seen.rate_floor[cell[:, 0]])
+    needed = threshold * floor
     may_exceed = seen.power[tuple(cell.T)] > GREATEST_LOSS * needed
     cell, floor, needed = cell[may_exceed], floor[may_exceed], needed[may_exceed]
     place, value = _interpolated(seen.power, cell)

@@ -1,10 +1,19 @@
 """Peaks of a map and the means of windows around cells, against slow loops."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from polychirp.receiver.coherent.noise import medians
-from polychirp.receiver.coherent.peaks import WINDOW, _interpolated, _maxima, _means, _near_means
+from polychirp.receiver.coherent.peaks import (
+    WINDOW,
+    _interpolated,
+    _maxima,
+    _means,
+    _near_means,
+    floors,
+)
 
 
 def drawn(shape, seed=1):
@@ -23,6 +32,23 @@ def test_means_of_windows_hold_what_lies_inside_the_map(shape):
         slow.append(power[rows, max(0, j - wide) : j + wide + 1].mean(dtype=np.float64))
     assert _means(power, cell, *WINDOW) == pytest.approx(np.array(slow), rel=1e-6)
     assert _near_means(power, cell, *WINDOW) == pytest.approx(np.array(slow), rel=1e-6)
+
+
+def test_floors_are_the_greatest_of_a_range_a_range_rate_and_what_is_around():
+    """Row 20 is a ridge of bursts, and column 30 a range with more noise; elsewhere there is 1 W.
+
+    Points were held to the ridge only when they were found, and not when they were fitted: in half
+    of the frames of a radar beside one of equal slopes, peaks of ridges stayed as detections.
+    """
+    seen = SimpleNamespace(
+        power=np.full((80, 60), 0.5, dtype=np.float32),
+        range_floor=np.where(np.arange(60) == 30, 4.0, 1.0),
+        rate_floor=np.where(np.arange(80) == 20, 9.0, 0.0),
+        num_channels=1,
+    )
+    seen.power[:, 40:] = 25.0
+    cell = np.array([[5, 5], [5, 30], [20, 5], [20, 30], [70, 50]])
+    assert floors(seen, cell) == pytest.approx([1.0, 4.0, 9.0, 9.0, 25.0])
 
 
 def test_maxima_exceed_the_least_value_and_their_neighbours():
