@@ -16,7 +16,7 @@ from polychirp.model.front_end import Digitiser, IqImbalance
 from polychirp.model.oscillator import PhaseNoise
 from polychirp.model.transceiver import Link, Transceiver
 from polychirp.rng import Streams
-from polychirp.synthesis.sdr.transceiver import link_for, transceived
+from polychirp.synthesis.sdr.transceiver import MARGIN_SAMPLES, link_for, transceived
 from polychirp.units import from_db, to_db
 from polychirp.waveform import Sawtooth
 from polychirp.waveform.playing import played
@@ -267,6 +267,18 @@ def test_a_clock_offset_moves_the_peak_as_its_carrier_does(place, compare):
         tolerance=0.02,
         source="δ f_c/β + δ T/2",
     )
+
+
+@pytest.mark.parametrize("offset", [-9e-3, -1e-3, 9e-3])
+def test_a_slow_or_fast_transmitter_plays_its_signal_to_the_end(offset):
+    """A clock that is fast by δ plays for 1/(1 + δ) of the time, with the same power."""
+    clocked = replace(IDEAL, clock_offset=offset)
+    sent = tone(0.0, count=5 * COUNT)
+    arriving = through(sent, clocked, tuned=CARRIER * (1 + offset))
+    power = IDEAL.transmit_power / (1 + offset)
+    assert arriving.energy == pytest.approx(sent.energy * power, rel=1e-5)
+    spare = arriving.duration - sent.duration / (1 + offset)
+    assert spare == pytest.approx(2 * MARGIN_SAMPLES / RATE, rel=0.02)
 
 
 def test_equal_clock_offsets_cancel_but_for_nothing():

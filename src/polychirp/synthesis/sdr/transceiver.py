@@ -165,7 +165,8 @@ def _sent(
         wave = Baseband(
             samples=field, sample_rate=factor * radio.sample_rate * fast, start_time=begin
         )
-        field = wave.at(begin + np.arange(field.size) / (factor * radio.sample_rate))
+        points = math.ceil(field.size / fast)
+        field = wave.at(begin + np.arange(points) / (factor * radio.sample_rate))
     return field, begin
 
 
