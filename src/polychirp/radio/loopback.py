@@ -75,8 +75,14 @@ class LoopbackRadio:
         begin = int(Streams(self.seed)["loop-back", "begin"].integers(period))
         ratio = sample_rate / signal.sample_rate
         count = -(-(begin + math.ceil(num_samples / ratio)) // period) + 1
-        played = replace(signal, samples=np.tile(signal.samples, count), start_time=0.0)
-        received = self.channel(played).retuned(centre_frequency).resampled(sample_rate)
+        received = self._received(signal, count)
+        late = received.start_time + 0.5 * received.duration - 0.5 * count * signal.duration
+        # what was played before the recording began is still on its way through the channel
+        earlier = math.ceil(round(late * signal.sample_rate - begin, 3) / period)
+        if earlier > 0:
+            received = self._received(signal, count + earlier)
+            begin += earlier * period
+        received = received.retuned(centre_frequency).resampled(sample_rate)
         first = round(begin * ratio) - round(received.start_time * sample_rate)
         piece = received.samples[first : first + num_samples]
         return Baseband(
@@ -88,6 +94,11 @@ class LoopbackRadio:
     def stop(self) -> None:
         """See `Radio.stop`."""
         self._signal = None
+
+    def _received(self, signal: Baseband, count: int) -> Baseband:
+        """The signal behind the channel, played ``count`` times from the time 0 on."""
+        played = replace(signal, samples=np.tile(signal.samples, count), start_time=0.0)
+        return self.channel(played)
 
     def _integers(self, samples: np.ndarray) -> np.ndarray:
         words = samples.view(np.float64)

@@ -364,6 +364,32 @@ def test_a_loop_back_records_as_many_samples_as_asked_at_any_rate(ratio):
         np.testing.assert_allclose(steps[20:-20], np.exp(0.2j * np.pi / ratio), atol=1e-2)
 
 
+@pytest.mark.parametrize("delay", [3, 400, 1300])
+def test_a_loop_back_over_a_long_cable_has_played_before_it_records(delay):
+    """The signal repeats without a gap from the first sample on, however late it arrives."""
+
+    def long_cable(played):
+        return replace(played, start_time=played.start_time + delay / RATE)
+
+    for seed in range(5):
+        record = measured(LoopbackRadio(seed=seed, channel=long_cable), signal())
+        assert record.num_samples == 1500
+        np.testing.assert_array_equal(record.samples[:1000], record.samples[500:])
+        assert place_of(record, signal())[1] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_loop_back_through_filters_records_no_rest_before_the_signal_arrives():
+    """The channel's record begins with the zeros in which its filters settle."""
+
+    def cable(played):
+        padded = np.pad(played.samples, 64)
+        return replace(played, samples=padded, start_time=(100 - 64) / RATE)
+
+    for seed in range(20):
+        record = measured(LoopbackRadio(seed=seed, channel=cable), signal())
+        assert np.abs(record.samples).min() > 0.5
+
+
 @pytest.mark.parametrize("full_scale", [0.0, -1.0, float("nan")])
 def test_a_full_scale_that_is_none_is_refused(full_scale):
     with pytest.raises(InputError, match="V is not positive; leave it out"):
