@@ -167,6 +167,21 @@ def test_a_ramp_error_far_beyond_the_band_is_the_same_as_in_a_direct_product(who
     assert np.abs(fast - slow).max() < 3e-5 * np.abs(slow).max()
 
 
+@pytest.mark.parametrize("cycles", [300, 600, 1030])
+def test_a_fast_ripple_of_own_ramps_is_the_same_as_in_a_direct_product(cycles):
+    """3, 6 and 10.3 MHz are beyond the band of 0.7 MHz: paired echoes are outside, or come in.
+
+    The echo at 3.1 MHz has one at 0.1 MHz with the ripple of 3 MHz. A ripple near the rate at which
+    errors are multiplied, 6 MHz without it, must not fold back into the band.
+    """
+    ripple = Oscillator(ramp_error=SinusoidalError(peak=100e3, cycles=cycles))
+    echoes = (HandPath(delay=1e-7), HandPath(delay=3.1e-6))
+    scene, plans = world(ripple), [ramps()]
+    slow = direct_product(scene, plans, *echoes)
+    fast = received(ENGINE, scene, plans, *echoes)[0]
+    assert np.abs(fast - slow).max() < 3e-5 * np.abs(slow).max()
+
+
 def test_errors_of_phase_are_right_where_windows_reach_over_the_ends_of_a_ramp():
     """There, what the wide filter takes of the corner is missed by its ripple over the beat."""
     both = Oscillator(phase_noise=PhaseNoise(), ramp_error=QuadraticError(peak=50e3))

@@ -55,9 +55,9 @@ class Oscillating:
     If the oscillators of victim and transmitter are ideal, the samples are the inner engine's, at
     no cost. Otherwise the inner engine is also called once per node of delay, at a sample rate of
     8.5 times the filter's `stopband` or more; errors of the ramps raise it for other radars'
-    signals. At the default level of noise the error is 1e-6 of the strongest sample, and 2e-5 where
-    windows contain ends of ramps; the signals that are aliased into the band are of fourth order in
-    the phase error.
+    signals, and fast ones for the radar's own. At the default level of noise the error is 1e-6 of
+    the strongest sample, and 2e-5 where windows contain ends of ramps; the signals that are aliased
+    into the band are of fourth order in the phase error.
 
     Limits. A path's error of phase is that of its delay at the snapshot's reference time and at the
     array's centre: changes of the delay must stay well within 1/ν at the highest offset ν, as they
@@ -98,17 +98,13 @@ class Oscillating:
         if all(radar.oscillator.is_ideal for radar in pair):
             return samples
         shortest = float(min(schedules[n].duration.min() for n in (victim, transmitter)))
-        wide = Wide.of(
-            scene,
-            schedules[victim],
-            victim,
-            highest=highest_offset(scene),
-            # in a radar's own echoes, both errors are nearly the same
-            excursion=sum(ramp_error_bandwidth(radar, shortest) for radar in pair)
-            if victim != transmitter
-            else 0.0,
-        )
         paths = [_between(shot, victim, transmitter) for shot in snapshots]
+        highest = highest_offset(scene)
+        if victim != transmitter:
+            excursion = sum(ramp_error_bandwidth(radar, shortest) for radar in pair)
+        else:
+            excursion = max(0.0, _own_bandwidth(pair[0], paths, shortest) - highest)
+        wide = Wide.of(scene, schedules[victim], victim, highest=highest, excursion=excursion)
         added = self._added(
             wide,
             schedules,
@@ -183,6 +179,20 @@ def ramp_error_bandwidth(radar: Radar, shortest: float) -> float:
     """By how much the radar's ramp error widens a ramp of ``shortest`` s on each side, Hz."""
     error = radar.oscillator.ramp_error
     return 0.0 if error is None else error.bandwidth(shortest)
+
+
+def _own_bandwidth(radar: Radar, paths: Sequence[PropagationPaths], shortest: float) -> float:
+    r"""By how much the radar's ramp error widens its own echoes on each side, Hz (Carson's rule).
+
+    An echo of delay τ has the difference of two errors, of at most
+    :math:`2\hat\epsilon\,\min(\pi f\tau, 1)` with the error's frequency f.
+    """
+    error = radar.oscillator.ramp_error
+    if error is None:
+        return 0.0
+    frequency = error.bandwidth(shortest) - abs(error.peak)
+    latest = max((float(shot.delay.max(initial=0.0)) for shot in paths), default=0.0)
+    return 2.0 * abs(error.peak) * min(math.pi * frequency * latest, 1.0) + frequency
 
 
 def shared(
