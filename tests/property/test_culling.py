@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polychirp.model.antenna import ISOTROPIC, AntennaArray, ElementPattern
+from polychirp.model.front_end import FrontEnd, HighPass
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import sample_times
 from polychirp.model.paths import Bounce
@@ -300,3 +301,38 @@ def test_a_radar_without_paths_is_not_audible():
     scene = two_radars(IfFilter(), Converter())
     found = audible_radars(scene, plans, [paths_of()], victim=0, interferers=[1])
     assert (found.numbers, found.neglected) == ((), 0.0)
+
+
+@pytest.mark.parametrize("start", [6e-6, 10e-6])
+def test_what_a_high_pass_keeps_of_a_crossing_before_the_first_sample_is_not_left_out(start):
+    """Ramps cross 1 µs after they begin and are 300 MHz apart when the converter starts.
+
+    A high-pass of 20 kHz still rings then, by e^{-0.6} and e^{-1.1}.
+    """
+    scene = two_radars(
+        IfFilter(passband=4e6, stopband=6e6),
+        Converter(sample_rate=12.5e6, start=start, margin=5e-6),
+    )
+    rings = replace(scene.radars[0], front_end=FrontEnd(high_pass=HighPass(corners=(20e3,))))
+    scene = replace(scene, radars=(rings, scene.radars[1]))
+    number = np.arange(4)
+    own, sent = (
+        RampSchedule(
+            start_time=50e-6 * number,
+            duration=np.full(4, 40e-6),
+            start_frequency=np.full(4, frequency),
+            slope=np.full(4, slope),
+            start_phase=np.zeros(4),
+            sweep=number,
+        )
+        for frequency, slope in ((77e9, 30e12), (77.06e9, -30e12))
+    )
+    snapshots = [paths_of(HandPath(delay=3e-8, gain=1e-5, transmitter=1))]
+    told = {"victim": 0, "interferers": None, "streams": Streams(seed=1)}
+    kept, every = (
+        synthesize(Stretch(), scene, [own, sent], snapshots, neglected_share=share, **told)[1]
+        for share in (NEGLIGIBLE_SHARE, 0.0)
+    )
+    missing = np.abs(every.interference - kept.interference) ** 2
+    assert np.abs(every.interference).max() > 0.0
+    assert math.sqrt(missing.mean(axis=(1, 2)).max()) <= kept.neglected

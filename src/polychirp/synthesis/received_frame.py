@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -123,11 +124,19 @@ def audible_interferers(
     others = [i for i in range(len(scene.radars)) if i != victim]
     chosen = others if interferers is None else list(interferers)
     _check(scene, schedules, snapshots, victim, chosen)
+    # a high-pass rings with what arrives before the first sample, with less energy than that has
+    early = with_lead(scene, victim)
+    counts = [
+        sample_times(schedules[victim], one.radars[victim].converter).num_samples.sum()
+        for one in (early, scene)
+    ]
+    more = math.sqrt(counts[0] / counts[1])
     # the noise of one branch has half the power of both, and the bound is on both
     share = neglected_share / math.sqrt(sample_scale(scene.radars[victim]))
-    return audible_radars(
-        scene, schedules, snapshots, victim=victim, interferers=chosen, share=share
+    found = audible_radars(
+        early, schedules, snapshots, victim=victim, interferers=chosen, share=share / more
     )
+    return replace(found, neglected=more * found.neglected)
 
 
 def interference_of(
