@@ -242,3 +242,16 @@ def test_paths_that_fade_are_those_of_full_rate_integration():
     slow = samples(FullBand(sample_rate=2e7), *shots)
     error = np.abs(samples(Stretch(), *shots) - slow).max()
     assert error < 1e-5 * np.abs(slow).max()
+
+
+def test_a_time_of_paths_without_a_decimal_point_is_the_same_time():
+    """Python's 0 is a number of seconds, too."""
+    path = passer(6.0, closing=10.0, across=25.0)
+    plans = [ramps(SLOPE), ramps(SLOPE)]
+    whole, decimal = (
+        Stretch().contribution(
+            BOTH, plans, [paths_of(path, reference_time=time)], victim=0, transmitter=0
+        )
+        for time in (0, 0.0)
+    )
+    np.testing.assert_array_equal(whole, decimal)

@@ -80,7 +80,7 @@ def link_table(links: Sequence[Links], snapshot: IntArray) -> LinkTable:
 
     return LinkTable(
         start=np.cumsum([0, *(link.delay.size for link in links)]).astype(np.int64),
-        reference_time=np.array([link.reference_time for link in links]),
+        reference_time=np.array([link.reference_time for link in links], dtype=np.float64),
         snapshot=snapshot,
         delay=column("delay"),
         delay_rate=column("delay_rate"),
