@@ -26,7 +26,8 @@ band (the energy of one path over 64 chirps was wrong by 0.06 dB at most in 32 d
 beat that crosses the band just before or after the samples adds nothing to them; products of
 paths of one radar are left out (0.6 dB at most for two paths, 6 dB apart), and so are products of
 its elements: a single ramp of N elements in phase has up to 10 lg N dB more than the mean over
-their codes. Doppler shifts of beats, some kHz, and paths below `LEAST_PATH` are left out too.
+their codes. Doppler shifts of beats, some kHz, paths below `LEAST_PATH`, and what a high-pass takes
+from interference and noise are left out too.
 """
 
 import math
