@@ -231,7 +231,8 @@ def _nearest_of(may_be: BoolArray, apart: FloatArray, pairs: Association) -> Boo
     """Mask ``may_be`` in which each detection has one target: that of its pair, or the nearest."""
     out = np.zeros_like(may_be)
     some = np.flatnonzero(np.any(may_be, axis=0))
-    out[np.argmin(np.where(may_be, apart, np.inf)[:, some], axis=0), some] = True
+    if some.size:  # without targets there is no nearest one
+        out[np.argmin(np.where(may_be, apart, np.inf)[:, some], axis=0), some] = True
     out[:, pairs.detection] = False
     out[pairs.target, pairs.detection] = True
     return out

@@ -385,3 +385,23 @@ def test_distances_from_bodies_are_those_of_a_loop():
             expected = min(np.nanmax(abs(seen - one) / margins) for one in mine)
             assert apart[body, n] == pytest.approx(expected)
     assert np.all(np.isinf(apart[2]))
+
+
+@pytest.mark.parametrize("num_detections", [0, 2])
+def test_without_targets_no_detection_is_on_one(num_detections):
+    nothing = Truth(
+        time=0.0,
+        name=(),
+        range=[],
+        range_rate=[],
+        azimuth=[],
+        elevation=[],
+        point=np.zeros((0, 3)),
+        is_visible=[],
+    )
+    found = detections(*[(6.5, 0.2, 0.0, 1.0)] * num_detections)
+    score = score_of(
+        found, nothing, powers=powers_of(*[ECHO] * num_detections).reshape(-1, len(PARTS))
+    )
+    assert len(score.is_detected) == 0
+    assert score.nature == ("unexplained",) * num_detections

@@ -87,8 +87,10 @@ def truth(
     of_target = np.repeat(np.arange(len(seen)), [len(some) for some, _ in found])
     seen_from = partial(_as_seen, scene, receiver)
     distance, rate, azimuth, elevation = seen_from(point, velocity)
+    nothing = np.zeros((0, 3))  # for a scene without targets
     place_distance, place_rate, place_azimuth, place_elevation = seen_from(
-        *(np.concatenate([*some, np.zeros((0, 3))]) for some in zip(*found, strict=True))
+        np.concatenate([*(places for places, _ in found), nothing]),
+        np.concatenate([*(velocities for _, velocities in found), nothing]),
     )
     return Truth(
         time=scene.time,

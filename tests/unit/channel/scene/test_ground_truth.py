@@ -330,3 +330,10 @@ def test_what_a_screen_hides_of_a_body_does_not_belong_to_it():
     x = seen.place_range * np.cos(seen.place_azimuth)
     assert np.all(y <= 0.05 * x + 1e-2)
     assert y.min() < -0.7
+
+
+@pytest.mark.parametrize("has_occlusion", [True, False])
+def test_the_truth_of_a_scene_without_targets_is_empty(has_occlusion):
+    seen = truth(around([], EYE), 0, [], has_occlusion=has_occlusion)
+    assert seen.range.size == seen.place_range.size == 0
+    assert seen.point.shape == (0, 3)
