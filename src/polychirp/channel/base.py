@@ -1,12 +1,13 @@
 """`RayTracer`, the protocol of all tracers, and functions to build and join path tables."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray, axes_of
+from polychirp.errors import InputError
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
 
@@ -50,6 +51,29 @@ class RayTracer(Protocol):
 
     def trace(self, scene: Scene) -> PropagationPaths:
         """Every path between the radars of ``scene``, at its time."""
+
+
+def refuse_no_tracer(tracer: Any) -> None:
+    """Refuse what is not a `RayTracer`.
+
+    >>> refuse_no_tracer("free-space")
+    Traceback (most recent call last):
+        ...
+    polychirp.errors.InputError: 'free-space' is no ray tracer; it needs the method trace and the \
+property capabilities, as FreeSpace() has them
+    """
+    # a class has the same names as its instances
+    is_tracer = isinstance(tracer, RayTracer) and not isinstance(tracer, type)
+    if not is_tracer or not callable(tracer.trace):
+        raise InputError(
+            f"{tracer!r} is no ray tracer; it needs the method trace and the property "
+            "capabilities, as FreeSpace() has them"
+        )
+    if not isinstance(tracer.capabilities, Set):
+        raise InputError(
+            f"the capabilities of {tracer!r} are no set; make them a property that gives one, such "
+            "as frozenset({'points'})"
+        )
 
 
 class Part(NamedTuple):
@@ -115,7 +139,13 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
     coherence_time, delay_acceleration, transfer_drift, departure_rate, arrival_rate : as in
         `PropagationPaths`, with its defaults
     """
-    num_paths, num_bounces = len(delay), len(bounces)
+    ends = np.asarray(pair)
+    if ends.ndim != 2 or ends.shape[1] != 2:
+        raise InputError(
+            f"pair has the shape {ends.shape}; it needs (path, 2), a transmitter and a receiver "
+            "for each path"
+        )
+    num_paths, num_bounces = len(ends), len(bounces)
     changes: dict[str, Any] = {
         "coherence_time": coherence_time,
         "delay_acceleration": delay_acceleration,
@@ -127,12 +157,18 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
     kind = np.zeros((num_paths, num_bounces), dtype=np.int64)
     point = np.zeros((num_paths, num_bounces, 3))
     for number, (what, whose, where) in enumerate(bounces):
+        if np.shape(whose) != (num_paths,) or np.shape(where) != (num_paths, 3):
+            raise InputError(
+                f"bounce {number} has actors of the shape {np.shape(whose)} and points of the "
+                f"shape {np.shape(where)}; {num_paths} paths need ({num_paths},) and "
+                f"({num_paths}, 3)"
+            )
         kind[:, number], actor[:, number], point[:, number] = what, whose, where
     return PropagationPaths(
         reference_time=scene.time,
         frequency=frequency,
-        transmitter=pair[:, 0],
-        receiver=pair[:, 1],
+        transmitter=ends[:, 0],
+        receiver=ends[:, 1],
         delay=delay,
         delay_rate=delay_rate,
         transfer=transfer,

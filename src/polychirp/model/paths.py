@@ -119,7 +119,9 @@ class PropagationPaths:
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, default)
         seal(self)
-        for name in ("delay", "delay_rate", "transfer", "departure", "arrival"):
+        names = ("delay", "delay_rate", "delay_acceleration", "transfer", "transfer_drift")
+        vectors = ("departure", "departure_rate", "arrival", "arrival_rate")
+        for name in (*names, *vectors):
             value = getattr(self, name)
             is_number = np.isfinite(value).all(axis=tuple(range(1, value.ndim)))
             if not is_number.all():

@@ -72,7 +72,9 @@ def parts_of(study: Study) -> tuple[str, ...]:
     """
     kinds = _receiver_kinds(study)
     names = [_OF_RECEIVER[kind] for kind in kinds if kind in _OF_RECEIVER]
-    names += [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
+    # a tracer of the caller's own may have no kind
+    tracer = getattr(study.tracer, "kind", "")
+    names += [*_ANY_TRIAL, *_OF_TRACER.get(tracer, _STREET)]
     if _has_codes(study):
         names.append("codes")
     if len(study.street.points) + len(study.radars) >= FEWEST_BUNDLED:

@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.channel.base import AtFrequency
+from polychirp.channel.base import AtFrequency, refuse_no_tracer
 from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
@@ -151,6 +151,9 @@ class Study(Spec):
     refresh_interval: Seconds = 1e-3
     least_traced_time: Seconds = 0.0
     receiver: AnyReceiver = field(default_factory=AutoReceiver)
+
+    def __post_init__(self) -> None:
+        refuse_no_tracer(self.tracer)
 
 
 def tracer_of(study: Study, schedules: Sequence[RampSchedule]) -> AnyTracer:

@@ -13,6 +13,15 @@ LENGTH_TOLERANCE: Final = 1e-3
 """Greatest error of the length of a direction. Chosen: numbers of single precision, and of four
 digits in a file, stay below it."""
 
+LONGEST_DELAY: Final = 10e-3
+"""Greatest delay, s, of a path: a way of 3000 km. Chosen: no echo of the farthest point that a
+study may have, at 1000 km, exceeds it, and delays given in ns or µs instead of s do."""
+
+GREATEST_AMPLITUDE: Final = 10.0
+"""Greatest amplitude ratio of a path between isotropic antennas. Chosen: a channel does not amplify
+(formulas of points give more than 1 within some centimetres, where they do not hold), and gains
+given in dB instead of ratios exceed it."""
+
 
 def checked(paths: PropagationPaths, scene: Scene) -> PropagationPaths:
     """The same paths, of the radars and bodies of ``scene``.
@@ -23,8 +32,9 @@ def checked(paths: PropagationPaths, scene: Scene) -> PropagationPaths:
     Raises
     ------
     InputError
-        A path has a negative delay, a delay rate of 1 or more, a direction that is no unit vector,
-        or a radar or a body that the scene does not have.
+        A path has a negative delay or one above `LONGEST_DELAY`, a delay rate of 1 or more, an
+        amplitude above `GREATEST_AMPLITUDE`, a direction that is no unit vector, or a radar or a
+        body that the scene does not have; or ``paths`` is no table of paths.
 
     Examples
     --------
@@ -35,7 +45,23 @@ def checked(paths: PropagationPaths, scene: Scene) -> PropagationPaths:
         ...
     polychirp.errors.InputError: the tracer's path 0 has a delay of -1e-09 s; delays are positive
     """
+    if not isinstance(paths, PropagationPaths):
+        raise InputError(
+            f"the tracer's method trace gives a {type(paths).__name__}; let it give "
+            "PropagationPaths, which path_table makes"
+        )
     _refuse(paths.delay < 0, paths.delay, "a delay of {:g} s; delays are positive")
+    _refuse(
+        paths.delay > LONGEST_DELAY,
+        paths.delay,
+        f"a delay of {{:g}} s; delays are in seconds, and at most {LONGEST_DELAY:g} s",
+    )
+    amplitude = np.max(np.abs(paths.transfer), axis=(1, 2), initial=0.0)
+    _refuse(
+        amplitude > GREATEST_AMPLITUDE,
+        amplitude,
+        "an amplitude of {:g} times that transmitted; transfer is a ratio of amplitudes, not in dB",
+    )
     _refuse(
         np.abs(paths.delay_rate) >= 1,
         paths.delay_rate,
@@ -56,9 +82,10 @@ def checked(paths: PropagationPaths, scene: Scene) -> PropagationPaths:
     unknown = _is_unknown(paths.bounce_actor, len(scene.actors))
     if unknown.any():
         bounce = int(np.argmax(unknown))
+        path = int(np.searchsorted(paths.bounce_start, bounce, side="right")) - 1
         raise InputError(
-            f"a path of the tracer has a bounce at the body {paths.bounce_actor[bounce]}, and the "
-            f"scene has {len(scene.actors)} bodies, counted from 0"
+            f"the tracer's path {path} has a bounce at the body {paths.bounce_actor[bounce]}, and "
+            f"the scene has {len(scene.actors)} bodies, counted from 0"
         )
     return paths
 

@@ -34,8 +34,9 @@ def targets_without_echo(study: Study) -> Iterator[str]:
         )
     )
     if names and not {"facets", "vehicle-points"} & study.tracer.capabilities:
+        tracer = getattr(study.tracer, "kind", type(study.tracer).__name__)
         yield (
-            f"the tracer '{study.tracer.kind}' computes no reliable echo of vehicles, so "
+            f"the tracer '{tracer}' computes no reliable echo of vehicles, so "
             f"'{names[0]}' may not be found; use the tracer 'composite' or 'point-vehicles', or "
             "name points as targets if it has them"
         )

@@ -5,13 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.channel.base import path_table
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.channel.tracers.path_interpolation import interpolate_paths
 from polychirp.channel.tracers.ray_check import checked
 from polychirp.errors import InputError
 from polychirp.frames import Pose
+from polychirp.model.paths import Bounce
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
+from polychirp.study.kernel_parts import parts_of
+from polychirp.study.limits.targets import targets_without_echo
+from polychirp.study.spec import Study, StudyRadar
+from polychirp.traffic.street import Street, Vehicle
+from polychirp.waveform import Triangular
 
 SCENE = Scene(
     time=0.0,
@@ -46,12 +53,17 @@ def test_true_paths_stay_as_they_are():
     ("columns", "sentence"),
     [
         ({"delay": lambda d: -d}, "path 0 has a delay of -1.3"),
+        ({"delay": lambda d: 1e9 * d}, "delays are in seconds, and at most 0.01 s"),
+        ({"transfer": lambda a: a - 80.0}, "an amplitude of 80 times .* not in dB"),
         ({"delay_rate": lambda d: d - 3.0}, "path 0 has a delay rate of -3"),
         ({"arrival": lambda d: 2 * d}, "a direction of arrival of the length 2; use unit"),
         ({"departure": lambda d: 0 * d}, "a direction of departure of the length 0"),
         ({"transmitter": lambda n: n + 1}, "path 0 has the transmitter 1, and .* has 1 radars"),
         ({"receiver": lambda n: n - 1}, "path 0 has the receiver -1"),
-        ({"bounce_actor": lambda n: n + 5}, "a bounce at the body 6, and the scene has 2 bodies"),
+        (
+            {"bounce_actor": lambda n: n + 5},
+            "path 0 has a bounce at the body 6, and the scene has 2 bodies",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused(columns, sentence):
@@ -73,3 +85,79 @@ def test_a_frame_of_a_tracer_without_parts_is_checked():
 
     with pytest.raises(InputError, match="path 0 has a delay of -1 s"):
         interpolate_paths(Wrong(), SCENE, np.array([0.0, 1e-3]))
+
+
+def test_what_is_no_table_of_paths_is_refused():
+    with pytest.raises(InputError, match="trace gives a list; let it give PropagationPaths"):
+        checked([], SCENE)
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [
+        ("delay_acceleration", [np.nan]),
+        ("transfer_drift", [np.inf]),
+        ("arrival_rate", [[np.nan] * 3]),
+    ],
+)
+def test_columns_that_may_be_left_out_are_finite(column, value):
+    with pytest.raises(InputError, match=f"{column} of path 0 is not finite"):
+        changed(**{column: lambda _: np.array(value)})
+
+
+def test_arrays_of_wrong_shapes_are_refused_with_the_right_ones():
+    good = {
+        "scene": SCENE,
+        "frequency": 79e9,
+        "pair": np.zeros((1, 2), dtype=int),
+        "delay": np.array([1e-7]),
+        "delay_rate": np.zeros(1),
+        "transfer": np.zeros((1, 2, 2)),
+        "departure": np.array([[1.0, 0.0, 0.0]]),
+        "arrival": np.array([[1.0, 0.0, 0.0]]),
+    }
+    assert path_table(**{**good, "pair": [[0, 0]]}).num_paths == 1
+    with pytest.raises(InputError, match=r"pair has the shape \(2,\); it needs \(path, 2\)"):
+        path_table(**{**good, "pair": np.zeros(2, dtype=int)})
+    one_point = (Bounce.SCATTERING, np.array([1]), np.zeros(3))
+    with pytest.raises(InputError, match=r"points of the shape \(3,\); 1 paths need"):
+        path_table(**good, bounces=[one_point])
+
+
+class Least:
+    """What the guide to own tracers asks for, and no more."""
+
+    capabilities = frozenset({"points"})
+
+    def trace(self, scene):
+        return FreeSpace().trace(scene)
+
+
+def study_with(tracer):
+    radar = StudyRadar(name="front", vehicle="ego", waveform=Triangular())
+    street = Street(vehicles=(Vehicle(name="ego", x=0.0, y=0.0), Vehicle(name="car", x=9.0, y=0.0)))
+    return Study(name="own", street=street, radars=(radar,), tracer=tracer)
+
+
+def test_a_tracer_needs_no_kind():
+    study = study_with(Least())
+    assert set(parts_of(study)) >= set(parts_of(replace(study, tracer=FreeSpace())))
+    assert "the tracer 'Least' computes" in next(targets_without_echo(study))
+
+
+class NoSet(Least):
+    capabilities = "points"
+
+
+@pytest.mark.parametrize(
+    ("tracer", "sentence"),
+    [
+        ("free-space", "'free-space' is no ray tracer; it needs the method trace"),
+        (FreeSpace, "is no ray tracer"),
+        (None, "None is no ray tracer"),
+        (NoSet(), "are no set; make them a property"),
+    ],
+)
+def test_what_is_no_tracer_is_refused_by_the_study(tracer, sentence):
+    with pytest.raises(InputError, match=sentence):
+        study_with(tracer)
