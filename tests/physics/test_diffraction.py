@@ -282,11 +282,56 @@ def test_near_grazing_one_path_says_all():
 
 
 def test_a_path_over_an_edge_bends_as_both_its_ends_pass_it():
-    """|v⊥|²/R of both legs, where the ends' line alone has (1² + 0.5²)/10."""
+    """Across the edge |v⊥|²/R of both legs, 0.5²/5; along it the ends' line alone, 1²/10.
+
+    The edge is along y. Unfolded about it, the way is straight, with the length
+    √(Δy² + (R₁ + R₂)²): a movement of both ends along the edge changes nothing.
+    """
     scene = moving([body(plate(0.6, 0.6), x=5.0, z=-0.3 - 1e-4)])
     paths = edges_of(scene, dynamic_range=100.0)
-    expected = (2.0**2 + 1.0**2 + 0.5**2) / 5.0 / SPEED_OF_LIGHT
+    expected = (0.5**2 / 5.0 + 1.0**2 / 10.0) / SPEED_OF_LIGHT
     assert paths.delay_acceleration == pytest.approx(expected, rel=0.02)
+
+
+SCREENS = {
+    "roof that crosses": ({"x": 4.0, "z": -3.8}, (0.0, 14.0, 0.0), 0.0),
+    "roof that rises": ({"x": 4.0, "z": -3.8}, (0.0, 6.0, 3.0), 0.0),
+    "side that passes": ({"x": 4.0, "y": -3.8}, (1.0, 5.0, 3.0), 0.0),
+    "side that turns": ({"x": 4.0, "y": -3.8}, (1.0, 5.0, 0.0), 0.4),
+}
+"""Pose, velocity and yaw rate of a square of 8 m whose edge is 0.2 m above or beside the line."""
+
+
+@pytest.mark.parametrize("kind", SCREENS)
+@pytest.mark.parametrize("pair", [(0, 1), (1, 0)])
+def test_lengths_and_directions_over_an_edge_follow_new_traces(kind, pair):
+    """Second derivative of the length, and rates of both directions, from traces 1 ms apart.
+
+    The corners, 28 Fresnel zones away, add some mrad/s.
+    """
+    place, velocity, yaw_rate = SCREENS[kind]
+    screen = Actor(
+        name="screen",
+        kind="vehicle",
+        mesh=mesh_of(plate(8.0, 0.5)),
+        pose=Pose(**place),
+        velocity=velocity,
+        yaw_rate=yaw_rate,
+    )
+    scene, step = moving([screen]), 5e-4
+    early, now, late = (_strongest_way(scene.at(t), pair) for t in (-step, 0.0, step))
+    slope = (late.delay_rate - early.delay_rate) / (2 * step)
+    assert SPEED_OF_LIGHT * (now.delay_acceleration - slope) == pytest.approx(0.0, abs=0.1)
+    for name in ("departure", "arrival"):
+        turn = (getattr(late, name) - getattr(early, name)) / (2 * step)
+        np.testing.assert_allclose(getattr(now, f"{name}_rate"), turn, atol=0.01)
+
+
+def _strongest_way(scene, pair):
+    """The strongest path of a pair over edges."""
+    paths = edges_of(scene)
+    mine = np.flatnonzero((paths.transmitter == pair[0]) & (paths.receiver == pair[1]))
+    return paths.select(mine[[np.argmax(np.abs(paths.transfer[mine, 0, 0]))]])
 
 
 def test_a_bright_spot_lasts_until_its_disc_has_moved():

@@ -288,6 +288,31 @@ def test_mirrored_edges_foretell_the_next_tenth_of_a_millisecond(place):
         assert to_db(abs(foretold / exact - 1) ** 2) < -30
 
 
+@pytest.mark.parametrize("pair", [(0, 1), (1, 0)])
+def test_directions_over_an_edge_and_a_mirror_follow_new_traces(pair):
+    """A wall whose lower edge, 0.4 m above the road, is in the way; the road sinks."""
+    wall = replace(curtain(0.4, x=15.0), velocity=(4.0, 7.0, 1.5))
+    scene = around(
+        [road(velocity=(0.0, 0.0, -1.0)), wall],
+        ENDS,
+        velocities=[(12.0, 2.0, 0.0), (-9.0, 1.0, 0.5)],
+    )
+    step = 5e-4
+    early, now, late = (_strongest_over_edges(scene.at(t), pair) for t in (-step, 0.0, step))
+    slope = (late.delay_rate - early.delay_rate) / (2 * step)
+    assert SPEED_OF_LIGHT * (now.delay_acceleration - slope) == pytest.approx(0.0, abs=0.1)
+    for name in ("departure", "arrival"):
+        turn = (getattr(late, name) - getattr(early, name)) / (2 * step)
+        np.testing.assert_allclose(getattr(now, f"{name}_rate"), turn, atol=0.01)
+
+
+def _strongest_over_edges(scene, pair):
+    """The strongest path of a pair by way of the road that bends over an edge."""
+    world = Composite(frequency=FREQUENCY, dynamic_range=1e12).prepare(scene)
+    paths = diffracted_mirror_paths(world, np.array([pair]), np.zeros((2, 2)), actor=ROAD)
+    return paths.select([np.argmax(np.abs(paths.transfer[:, 0, 0]))])
+
+
 def test_a_path_says_whether_it_bends_before_or_behind_the_mirror():
     """A post near the first radar obstructs the way to the road, another one the way from it."""
     for x, t, expected in (

@@ -5,7 +5,7 @@ length, with complex moments that are exact to first order in frequency, apertur
 and its image in a mirror have cells of their own.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -30,8 +30,12 @@ from polychirp.channel.diffraction.sight_lines import (
     obstacles_on,
     rotation_to,
 )
-from polychirp.channel.geometry.retarded_delay import range_acceleration
+from polychirp.channel.geometry.retarded_delay import range_acceleration, turning
 from polychirp.channel.scene.world import World
+
+LEAST_OFFSET: Final = 0.5
+"""Least distance of a mean edge point from the line, over that of an edge of its excess, for a
+single edge. Chosen: it is 1 for one edge, and 0 for two that are alike on both sides."""
 
 
 class EdgePaths(NamedTuple):
@@ -41,8 +45,8 @@ class EdgePaths(NamedTuple):
     ``acceleration`` m/s² of the path's length; ``coherence_time`` s; ``drift`` 1/s, relative rate
     of the field; ``actor`` number of the edge's actor; ``is_image`` if the edge is the image of the
     actor's in the line's mirror; all ``(path,)``. ``out`` and ``back`` are mean directions from the
-    first and from the second end, ``point`` m is a mean edge point; these are in the line's
-    unfolded space, ``(path, xyz)``.
+    first and from the second end, which turn by ``out_rate`` and ``back_rate``, 1/s; ``point`` m is
+    a mean edge point; these are in the line's unfolded space, ``(path, xyz)``.
     """
 
     field: ComplexArray
@@ -53,6 +57,8 @@ class EdgePaths(NamedTuple):
     drift: ComplexArray
     out: FloatArray
     back: FloatArray
+    out_rate: FloatArray
+    back_rate: FloatArray
     point: FloatArray
     actor: IntArray
     is_image: BoolArray
@@ -161,6 +167,7 @@ def _from_moments(
     spread = np.sqrt(np.maximum(square - typical**2, 0.0))
     # by rounding, even a single edge point has a spread of some µm/s
     coherence = 1.0 / (world.wavenumber * np.maximum(spread, 1e-12))
+    way = out @ rotation
     found = EdgePaths(
         field=field * np.exp(1j * world.wavenumber * excess),
         excess=excess,
@@ -168,23 +175,51 @@ def _from_moments(
         acceleration=np.zeros(len(field)),
         coherence_time=np.where(spread > 1e-5, coherence, np.inf),
         drift=-1j * world.wavenumber * (mean_rate - rate),
-        out=out @ rotation,
+        out=way,
         back=back @ rotation,
+        out_rate=np.zeros_like(way),
+        back_rate=np.zeros_like(way),
         point=point @ rotation + line.place[0],
         actor=owners.actor[slot],
         is_image=owners.is_image[slot],
     )
-    return found._replace(acceleration=_acceleration(world, line, found))
+    return _moved(world, line, found)
 
 
-def _acceleration(world: World, line: Line, edges: EdgePaths) -> FloatArray:
-    """Second derivatives of the lengths of paths over edges, m/s² ``(path,)``."""
-    moving, moved = _motion(world, line, edges.actor, edges.is_image, edges.point)
-    total = np.zeros(len(edges.actor))
+def _moved(world: World, line: Line, edges: EdgePaths) -> EdgePaths:
+    """The paths with second derivatives of their lengths and rates of their directions."""
+    matter, moved = _motion(world, line, edges.actor, edges.is_image, edges.point)
+    moving = _along_edge(line, edges, matter)
+    acceleration, turns = np.zeros(len(edges.actor)), []
     for end, way in enumerate((edges.out, edges.back)):
-        total += range_acceleration(edges.point - line.place[end], moving - line.velocity[end])
-        total += np.sum(way * (moved - line.acceleration[end]), axis=-1)
-    return total
+        gap, speed = edges.point - line.place[end], moving - line.velocity[end]
+        acceleration += range_acceleration(gap, speed)
+        acceleration += np.sum(way * (moved - line.acceleration[end]), axis=-1)
+        length = np.linalg.norm(gap, axis=-1)
+        turns.append(turning(gap / length[:, None], length, speed))
+    return edges._replace(acceleration=acceleration, out_rate=turns[0], back_rate=turns[1])
+
+
+def _along_edge(line: Line, edges: EdgePaths, matter: FloatArray) -> FloatArray:
+    r"""Velocities of edge points, m/s ``(path, xyz)``, where the edge's matter has ``matter``.
+
+    A path goes over the place where the edge is nearest to the line, so that the edge is across
+    both the line and the distance from it. A movement of the matter along the edge does not carry
+    this place with it: along the edge, it stays between both ends of the line. Where edges on
+    several sides of the line are in one cell, their mean is nearer to the line than its excess e
+    says, :math:`\varrho \approx \sqrt{2 e d_1 d_2 / (d_1 + d_2)}`; it then moves with the matter.
+    """
+    straight = (line.place[1] - line.place[0]) / line.length
+    gap = edges.point - line.place[0]
+    ahead = gap @ straight
+    aside = gap - ahead[:, None] * straight
+    distance = np.linalg.norm(aside, axis=-1)
+    share = np.clip(ahead / line.length, 0.0, 1.0)
+    expected = np.sqrt(2.0 * edges.excess * share * (1.0 - share) * line.length)
+    is_edge = distance > np.maximum(LEAST_OFFSET * expected, 1e-9)
+    edge = np.cross(straight, aside) * (is_edge / np.maximum(distance, 1e-9))[:, None]
+    between = line.velocity[0] + share[:, None] * (line.velocity[1] - line.velocity[0])
+    return np.asarray(matter + np.sum((between - matter) * edge, axis=-1, keepdims=True) * edge)
 
 
 def _or_towards(mean: FloatArray, way: FloatArray) -> FloatArray:

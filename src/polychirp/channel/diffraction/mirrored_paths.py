@@ -136,6 +136,8 @@ def _path_tables(
             some = some._replace(field=0.5 * some.field)
         ends = mirror.turned(some.out), some.back
         departure, arrival = ends if is_forward else ends[::-1]
+        turns = mirror.turned(some.out_rate), some.back_rate
+        departure_rate, arrival_rate = turns if is_forward else turns[::-1]
         size = len(some.actor)
         plate = np.full(size, mirrors.bounce_actor[number])
         meet = np.tile(mirrors.bounce_point[number], (size, 1))
@@ -157,6 +159,8 @@ def _path_tables(
                 coherence_time=some.coherence_time,
                 delay_acceleration=some.acceleration / SPEED_OF_LIGHT,
                 transfer_drift=mirrors.transfer_drift[number] + some.drift,
+                departure_rate=departure_rate,
+                arrival_rate=arrival_rate,
             )
         )
     return tables

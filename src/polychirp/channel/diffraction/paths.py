@@ -133,6 +133,7 @@ def _path_table(
     """
     a, b = int(direct.transmitter[number]), int(direct.receiver[number])
     out, back = (edges.out, edges.back) if a < b else (edges.back, edges.out)
+    turns = (edges.out_rate, edges.back_rate) if a < b else (edges.back_rate, edges.out_rate)
     amplitude = 1.0 / (4 * np.pi * world.frequency * direct.delay[number])
     transfer = (
         straight_path_polarisation(_unit(out), _unit(back))
@@ -152,6 +153,8 @@ def _path_table(
         coherence_time=edges.coherence_time,
         delay_acceleration=edges.acceleration / SPEED_OF_LIGHT,
         transfer_drift=direct.transfer_drift[number] + edges.drift,
+        departure_rate=turns[0],
+        arrival_rate=turns[1],
     )
 
 
