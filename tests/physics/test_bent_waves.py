@@ -279,6 +279,52 @@ def test_paths_move_as_traced_again(compare):
     )
 
 
+MOTIONS = {
+    "the roof crosses": ((0.0, 14.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+    "the roof rises": ((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+    "the plate rises": ((0.0, 0.0, 0.0), (0.0, 0.0, 3.0), (0.0, 0.0, 0.0)),
+    "the radar crosses": ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 10.0, 0.0)),
+    "all move": ((3.0, 14.0, 1.0), (-5.0, 2.0, 2.0), (8.0, -3.0, 0.5)),
+}
+"""Velocities of a vehicle, of a body behind it, and of the radar."""
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("depth", [0.01, 3.0])
+def test_lengths_over_a_roof_bend_as_new_traces_say(motion, depth):
+    """The second derivative is the slope of the rates of two traces, 1 ms apart.
+
+    It is v²/R of each leg across the edge, and of the whole way along it. A small plate is behind a
+    screen or a box.
+    """
+    passing, moving, own = MOTIONS[motion]
+    roof = Actor(
+        name="roof",
+        kind="vehicle",
+        mesh=mesh_of(box((depth, 20.0, 20.0), 0.5)),
+        pose=Pose(x=10.0 + depth / 2, z=-9.8),
+        velocity=passing,
+    )
+    target = Actor(
+        name="plate",
+        kind="object",
+        mesh=mesh_of(plate(0.02, 0.002)),
+        pose=Pose(x=20.0, yaw=np.pi),
+        velocity=moving,
+    )
+    scene, step = around([roof, target], [(0.0, 0.0, 0.0)], velocities=[own]), 5e-4
+    early, now, late = (_strongest_bent(scene.at(t)) for t in (-step, 0.0, step))
+    slope = SPEED_OF_LIGHT * (late.delay_rate - early.delay_rate) / (2 * step)
+    assert SPEED_OF_LIGHT * now.delay_acceleration == pytest.approx(slope, abs=0.05)
+
+
+def _strongest_bent(scene):
+    """The strongest path over an edge to the last body and back."""
+    world = Composite(dynamic_range=1e6).prepare(scene)
+    paths = bent_echoes(world, all_pairs(scene), np.zeros((1, 1)), body=1)
+    return paths.select([np.argmax(np.abs(paths.transfer[:, 0, 0]))])
+
+
 def test_a_wave_over_the_far_corner_alone_leaves_towards_that_corner():
     """A box that is turned by 0.3 rad, whose far left corner hides the ball, and the near one not.
 

@@ -54,6 +54,10 @@ PATCH_REACH: Final = 0.15
 """Greatest distance, m, of a facet's corner from the middle facet of its patch: the diagonal of
 `world.PATCH_SIZE` and a little more."""
 
+LEAST_LENGTH_BEHIND: Final = 0.5
+"""Least length, m, of paths from the edge to the body, for second derivatives. Chosen: as near as
+two vehicles come to each other; the share of that leg is inversely proportional to it."""
+
 EDGE_CLEARANCE: Final = 0.02
 """Distance, m, by which shadow rays begin outside of the vehicle's edge. Chosen: twice the step of
 the grid on which edges are found."""
@@ -157,8 +161,9 @@ class BentView(View):
             + last @ np.stack([onwards, outwards])
             + (across * sine / cosine)[:, None] * along
         )
-        leaving = (first / start[:, None]) @ np.stack([onwards, outwards])
-        departure = cosine[:, None] * leaving + sine[:, None] * along
+        leaving = first / start[:, None]
+        departure = cosine[:, None] * (leaving @ np.stack([onwards, outwards]))
+        departure += sine[:, None] * along
         world = self.world
         own, swerve = (
             column[self.radar]
@@ -173,14 +178,68 @@ class BentView(View):
         side /= self.least_length
         drift = (moving - own) - along * np.sum((moving - own) * along, axis=-1, keepdims=True)
         turn = turning(departure, start, drift + side * start[:, None] * along)
+        swerving = np.sum(departure * (moved - swerve), axis=-1)
+        bending = self._bending(moving - own, place, (leaving, start, across), direction)
         return Unfolded(
             image=place - (across / cosine)[:, None] * direction,
             velocity=moving - rate[:, None] * direction,
-            acceleration=moved - np.sum(departure * (moved - swerve), axis=-1)[:, None] * direction,
+            acceleration=moved - (swerving + bending)[:, None] * direction,
             departure=departure,
             departure_rate=turn,
             bend=place,
         )
+
+    def _bending(
+        self,
+        passing: FloatArray,
+        place: FloatArray,
+        before: tuple[FloatArray, FloatArray, FloatArray],
+        direction: FloatArray,
+    ) -> FloatArray:
+        r"""Second derivative of lengths, m/s² ``(path,)``, beyond that of the leg from the image.
+
+        In the plane across the edge, the legs before and behind it have the lengths
+        :math:`\ell_1, \ell_2` and the velocities :math:`q_1, q_2` across them. With the angle φ
+        from that plane, and the rates of the unfolded path's extent ℓ across the edge and w along
+        it,
+
+        .. math:: \ddot L = \cos\varphi\left(\frac{q_1^2}{\ell_1} + \frac{q_2^2}{\ell_2}\right)
+                  + \frac{(\dot\ell\sin\varphi - \dot w\cos\varphi)^2}{L}
+
+        The leg from the image is taken to have :math:`|v_\perp|^2/L`, with the velocity v of the
+        body past the edge. The body's middle gives the length behind the edge.
+
+        Parameters
+        ----------
+        passing : velocity of the edge past the radar, m/s ``(path, xyz)``
+        place : last place on the edge, m ``(path, xyz)``
+        before : of the way to that place across the edge: direction at the radar ``(path, 2)``,
+            length to the first corner and to the last, m ``(path,)``
+        direction : behind the edge, ``(path, xyz)``
+        """
+        leaving, start, across = before
+        axes = np.stack([self.edges.onwards[self.edge], self.edges.outwards[self.edge]])
+        along = self.edges.along[self.edge]
+        sine = direction @ along
+        cosine = np.maximum(np.linalg.norm(direction @ axes.T, axis=-1), 1e-9)
+        behind = np.sum((self.world.centre[self.body] - place) * direction, axis=-1)
+        behind = np.maximum(behind, LEAST_LENGTH_BEHIND)
+        facet = place + behind[:, None] * direction
+        beyond = self.world.velocity_at(self.body, facet) - self.world.velocity_at(
+            self.blocker, place
+        )
+        length = across / cosine + behind
+        widening, curving = np.zeros(len(place)), np.zeros(len(place))
+        for ray, velocity, reach in (
+            (leaving, passing, start),
+            (direction @ axes.T / cosine[:, None], beyond, behind * cosine),
+        ):
+            flat = velocity @ axes.T
+            widening += np.sum(ray * flat, axis=-1)
+            curving += (ray[:, 0] * flat[:, 1] - ray[:, 1] * flat[:, 0]) ** 2 / reach
+        sliding = widening * sine - (passing + beyond) @ along * cosine
+        known = np.sum(beyond**2, axis=-1) - np.sum(beyond * direction, axis=-1) ** 2
+        return np.asarray(cosine * curving + (sliding**2 - known) / length)
 
     def _corners_met(self, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
         """First and last corner, m ``(path, 2)``, that waves along ``direction`` meet.
