@@ -70,6 +70,30 @@ def independent_looks(amplitude: ComplexArray | SingleComplexArray) -> FloatArra
     return np.asarray(np.floor(looks / STEP + 1e-9) * STEP)
 
 
+def looks_of_a_spectrum(amplitude: ComplexArray) -> float:
+    """Number of independent looks that the channels have at the background of one spectrum.
+
+    It is that of `independent_looks`, with one number for all cells: they are dealt out to maps of
+    `MOST_ROWS` cells each, whose covariances are averaged.
+
+    Parameters
+    ----------
+    amplitude : ``(channel, cell)``
+
+    Examples
+    --------
+    >>> random = np.random.default_rng(1)
+    >>> noise, other = random.normal(size=(2, 4, 1024)) + 1j * random.normal(size=(2, 4, 1024))
+    >>> looks_of_a_spectrum(noise), looks_of_a_spectrum(noise + 30.0 * other[:1])
+    (4.0, 1.0)
+    """
+    channels, cells = amplitude.shape
+    columns = max(1, cells // MOST_ROWS)
+    rows = cells // columns
+    dealt = amplitude[:, : rows * columns].reshape(channels, rows, columns)
+    return float(independent_looks(dealt).min())
+
+
 def _background_covariances(amplitude: ComplexArray) -> ComplexArray:
     """Covariance of the channels in the weaker cells of each range, of trace 1."""
     power = np.sum(amplitude.real**2 + amplitude.imag**2, axis=0)

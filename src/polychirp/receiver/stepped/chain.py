@@ -15,6 +15,7 @@ from polychirp.receiver.angle.directions import directions
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.detection.cfar import CfarWindow, Crossings, ordered_statistic
+from polychirp.receiver.detection.looks import looks_of_a_spectrum
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.peaks import is_local_maximum
 from polychirp.receiver.range_doppler.side_lobes import stands_out
@@ -37,9 +38,10 @@ class MfskReceiver(DetectorSettings):
 
     The steps: mitigation, the mean of the samples of every step, tapered Fourier transforms of the
     sequences A and B, power summed over channels and sequences, ordered-statistic CFAR along the
-    beats, peaks that are no side lobes placed between cells, phase between A and B summed over
-    channels, range and range rate from beat and phase (`solution`), azimuths and elevations from
-    both amplitudes of the channels, which are two snapshots.
+    beats with as many looks as channels are independent (`looks_of_a_spectrum`), for each sequence,
+    peaks that are no side lobes placed between cells, phase between A and B summed over channels,
+    range and range rate from beat and phase (`solution`), azimuths and elevations from both
+    amplitudes of the channels, which are two snapshots.
 
     **Accuracy.** The phase tells the range to :math:`N\Delta R\,\sigma_\delta` with N steps and
     :math:`\sigma_\delta = 1/(2\pi\sqrt{\mathrm{SNR}})` cycles, 8 cells with 512 steps at 20 dB in a
@@ -110,7 +112,7 @@ class MfskReceiver(DetectorSettings):
             window=self.window.fitted(power.shape),
             false_alarm_probability=self.false_alarm_probability,
             quantile=self.quantile,
-            num_looks=SEQUENCES * frame.array.num_channels,
+            num_looks=SEQUENCES * looks_of_a_spectrum(steps.cells),
         )
         found = found.chosen(is_local_maximum(power, row=found.row, column=found.column))
         beat = steps.peaks(steps.beat[found.row])

@@ -57,6 +57,11 @@ class Steps(Sealed):
         return np.arange(self.time.size) / (self.time.size * self.interval)
 
     @property
+    def cells(self) -> ComplexArray:
+        """Amplitudes in the cells of both sequences' spectra, V ``(channel, 2 × cell)``."""
+        return np.fft.fft(self.value, axis=2).reshape(len(self.value), -1)
+
+    @property
     def power(self) -> FloatArray:
         """Mean power of channels and sequences in every cell, W ``(cell,)``."""
         return np.asarray(np.mean(np.abs(np.fft.fft(self.value, axis=2)) ** 2, axis=(0, 1)))
