@@ -302,8 +302,10 @@ def refresh_times(
     Raises
     ------
     InputError
-        There are more than `MOST_SNAPSHOTS` parts.
+        ``refresh_interval`` is not positive, or there are more than `MOST_SNAPSHOTS` parts.
     """
+    if not refresh_interval > 0:
+        raise InputError(f"refresh_interval: is {refresh_interval:g} s; use more than 0 s")
     first = min(float(schedule.start_time[0]) for schedule in schedules)
     last = max(first + least, *(float(schedule.end_time[-1]) for schedule in schedules))
     wanted = (last - first) / refresh_interval

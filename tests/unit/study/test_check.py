@@ -309,6 +309,9 @@ def test_snapshots_cover_the_victims_frames():
     plans = schedules_of(replace(STUDY, victims=("front",)))[:1]
     assert refresh_times(plans, 1e-3).size == 32
     assert refresh_times(plans, 1.0).tolist() == pytest.approx([16e-3])
+    for interval in (0.0, -1e-3, float("nan")):
+        with pytest.raises(InputError, match=r"refresh_interval: is .* use more than 0 s"):
+            refresh_times(plans, interval)
 
 
 def test_every_problem_is_told_with_its_place():
