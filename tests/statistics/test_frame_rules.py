@@ -263,6 +263,8 @@ def test_equal_chirps_out_of_step_are_heard_where_they_begin_and_end(seed):
 class Wrong:
     """A tracer of a user's own, whose paths have a negative delay."""
 
+    capabilities = frozenset({"points"})
+
     def trace(self, scene):
         paths = FreeSpace(frequency=76.65e9).trace(scene)
         return replace(paths, delay=-paths.delay)
