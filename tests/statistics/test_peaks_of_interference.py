@@ -96,7 +96,7 @@ def test_an_oncoming_radar_of_equal_slopes_that_starts_at_random_makes_only_weak
 
     Points were held to these ridges only when they were found, and not when they were fitted: 49
     of 100 frames had such detections, up to 33 dB below the strongest target. Now 17 have, most
-    where an echo is weaker than the interference in its cell.
+    at the ranges of weak echoes of the street.
     """
     studies = [
         paper_study("conventional", synchronous=False, seed=seed)
