@@ -14,7 +14,7 @@ from polychirp.receiver.estimation.cramer_rao import cramer_rao_bound
 from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.receiver.signal_model.point_signal import path_of
 from polychirp.rng import Streams
-from polychirp.waveform import DiverseTriangular, Triangular
+from polychirp.waveform import DiverseTriangular, Sawtooth, Triangular
 from tests.support.interference import with_noisy_ramps
 from tests.support.points import HandPoint, frame_of, true_motions
 from tests.support.schedules import drawn_chirps
@@ -76,6 +76,21 @@ def test_drawn_chirps_show_points_60_db_apart_without_folds():
     seen = CoherentReceiver(greatest_range=50.0).detect(one)
     assert seen.num_detections == 4
     assert num_found(seen, true_motions(schedule, points)) == 4
+
+
+@pytest.mark.parametrize("power", [1e-3, 1e-1])
+def test_a_still_point_is_found_on_many_equal_chirps(power):
+    """Its side lobes over range rates raise the floor at its range, but hold no power of its ramps.
+
+    Noise of that floor in 512 ramps of four channels has more power than the point.
+    """
+    chirps = Sawtooth(bandwidth=1e9, ramp_duration=40e-6, idle=20e-6)
+    schedule = chirps.schedule(num_sweeps=512, streams=Streams(1))
+    point = HandPoint(range=38.67, power=power)
+    one = frame_of(schedule, [point], converter=replace(FAST, sample_rate=10e6))
+    seen = CoherentReceiver(greatest_range=45.0).detect(one)
+    assert seen.range == pytest.approx([38.67], abs=0.01)
+    assert seen.range_rate == pytest.approx([0.0], abs=0.01)
 
 
 @pytest.mark.parametrize("family", FAMILIES)

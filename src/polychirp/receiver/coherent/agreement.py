@@ -88,10 +88,13 @@ class Agreement:
     def greatest_power(self, floor: FloatArray) -> FloatArray:
         """Greatest power that phases from ramp to ramp can give, W, ``(place,)``.
 
-        It is that of all ramps less the noise, which has up to `DEVIATIONS` less than its mean.
+        It is that of all ramps less the noise, which has up to `DEVIATIONS` less than its mean. It
+        is at least the power that the ramps have without further phases: side lobes of a strong
+        point raise the floor above what its ramps hold besides it.
         """
         noise = (self.num_averaged - DEVIATIONS * np.sqrt(self.num_averaged)) * floor
-        return np.asarray(self.power + self.spread * self.num_averaged - noise)
+        gain = self.spread * self.num_averaged - noise
+        return np.asarray(self.power + np.maximum(gain, 0.0))
 
     def shows_points(self, floor: FloatArray, threshold: float) -> BoolArray:
         """Mask of the places at which there is a point, ``(place,)``.
