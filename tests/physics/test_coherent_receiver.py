@@ -93,6 +93,29 @@ def test_a_still_point_is_found_on_many_equal_chirps(power):
     assert seen.range_rate == pytest.approx([0.0], abs=0.01)
 
 
+@pytest.mark.parametrize("trial", range(6))
+def test_strong_points_on_equal_chirps_are_found_up_to_the_sampling_rate(trial):
+    """Beats up to 7.3 MHz in complex samples at 10 MHz, whose range of ±5 MHz they fold into."""
+    draw = np.random.default_rng([57, trial])
+    num_ramps, interval = int(draw.choice([128, 256, 512])), draw.uniform(45e-6, 90e-6)
+    chirps = Sawtooth(bandwidth=1e9, ramp_duration=40e-6, idle=interval - 40e-6)
+    schedule = chirps.schedule(num_sweeps=num_ramps, streams=Streams(1))
+    unambiguous = SPEED_OF_LIGHT / (4.0 * 76.5e9 * interval)
+    points = [
+        HandPoint(
+            range=draw.uniform(4.0, 44.0),
+            range_rate=draw.uniform(-0.8, 0.8) * unambiguous,
+            azimuth=draw.uniform(-0.6, 0.6),
+            power=10.0 ** draw.uniform(-2.0, 1.5),
+        )
+        for _ in range(int(draw.integers(1, 4)))
+    ]
+    one = frame_of(schedule, points, converter=replace(FAST, sample_rate=10e6))
+    seen = CoherentReceiver(greatest_range=45.0).detect(one)
+    assert num_found(seen, true_motions(schedule, points)) == len(points)
+    assert seen.range.size == len(points)
+
+
 @pytest.mark.parametrize("family", FAMILIES)
 def test_a_point_that_passes_at_two_metres_is_found(family):
     """Accelerations of 57 to 94 m/s²: over the frame the range rate changes by up to 4 m/s."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from polychirp.axes import FloatArray
+from polychirp.axes import BoolArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.jit import inlined, reordered
 from polychirp.receiver.coherent.coherent_map import MapLimits
@@ -111,9 +111,28 @@ def _strong_ranges(
     excess = np.maximum(profile / noise - 1.0 - LEAST_EXCESS, 0.0)
     total = HANN_LOSS * seen.num_used * len(seen.samples) * excess
     apart = np.maximum(limits[0] - distance, distance - limits[1]) / cell
-    strong = distance[(apart > 0.0) & (total > (np.pi * np.maximum(apart, 1.0)) ** 2)]
+    is_strong = (apart > 0.0) & (total > (np.pi * np.maximum(apart, 1.0)) ** 2)
+    strong = distance[is_strong & ~_folds_within(seen, distance, limits)]
     margin = np.where(strong < limits[0], -MARGIN, MARGIN) * cell
     return np.asarray(strong + margin)
+
+
+def _folds_within(
+    seen: Observation, distance: FloatArray, limits: tuple[float, float]
+) -> BoolArray:
+    """Mask of ranges whose beats on all ramps are those of a range within the limits.
+
+    On ramps of one steepness S, beats differ by the sampling rate r over cr/2S. A receiver of
+    complex samples whose limits reach beyond half of that sees such a range twice in the band.
+    """
+    steepness = np.abs(seen.model.schedule.slope)
+    if np.ptp(steepness) > 0.0:
+        return np.zeros(distance.size, dtype=np.bool_)
+    span = 0.5 * SPEED_OF_LIGHT * seen.model.times.rate / float(steepness[0])
+    slack = MARGIN * seen.range_cell
+    folded = distance[:, None] + span * np.array([-1.0, 1.0])
+    is_within = (folded > limits[0] - slack) & (folded < limits[1] + slack)
+    return np.asarray(np.any(is_within, axis=1))
 
 
 def _fast_rates(

@@ -32,6 +32,10 @@ GROWTH_DEVIATION = 5.0
 """Standard deviation γ₀ of growths that is known beforehand, 1/s; chosen: a radar that comes nearer
 with 14 m/s, from whose ghost at 3 m growth differs by v/R from that of an echo."""
 
+GREATEST_GROWTH = 5.0 * GROWTH_DEVIATION
+"""Greatest growth that is believed, 1/s; chosen: a body at 1 m that comes nearer with 12 m/s. What
+grows faster is a point that another one, not found yet, is added to."""
+
 LEAST_GAIN_OF_GROWTH = 5.0
 """Fall of the residual's power, in units of a point's floor, from which growths change; chosen:
 noise makes one of 1/2 for each."""
@@ -41,7 +45,7 @@ def grown(seen: Observation, residual: Residual, points: Points) -> tuple[Points
     """Points of which strong ones have the growths that fit best, and if any has changed.
 
     ``residual`` may be that of other points near these. Those whose growth noise hides, and those
-    that overlap another, keep theirs.
+    that overlap another, keep theirs, and so do those whose best one is beyond `GREATEST_GROWTH`.
     """
     elapsed = seen.middle - seen.model.time
     measured = np.sqrt(2.0 * points.power) * float(np.std(elapsed)) * GROWTH_DEVIATION
@@ -63,6 +67,7 @@ def grown(seen: Observation, residual: Residual, points: Points) -> tuple[Points
     alike = np.einsum("pm,qm->pq", white.conj(), white)
     overlap = np.einsum("pk,qk,pqk->pq", time, time, products(seen, here)[0])
     step = np.linalg.solve((alike * overlap).real + np.diag(prior), ahead)
+    step[np.abs(points.growth[chosen] + step) > GREATEST_GROWTH] = 0.0
     if not float(step @ ahead) > LEAST_GAIN_OF_GROWTH * float(np.min(points.floor[chosen])):
         return points, False
     growth, amplitude = points.growth.copy(), points.amplitude.copy()

@@ -1,8 +1,11 @@
 """Strong points outside of the limits of range and of range rate."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from polychirp.model.radar import Converter
 from polychirp.receiver.coherent.beyond import (
     BINS_PER_BEAT,
     MARGIN,
@@ -16,7 +19,7 @@ from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
-from polychirp.waveform import DiverseTriangular, Triangular
+from polychirp.waveform import DiverseTriangular, Sawtooth, Triangular
 from tests.support.points import HandPoint, frame_of, true_motions
 
 LIMITS = MapLimits.of(CoherentReceiver())
@@ -63,6 +66,18 @@ def test_the_search_reaches_a_point_at_a_negative_range(family):
     assert farthest == 30.0
     weak = searched_of(frame_with(family, HandPoint(range=-9.0, power=3e-3)))[0]
     assert weak == (0.5, 30.0)
+
+
+def test_what_folds_into_the_band_is_searched_where_the_limits_have_it():
+    """A point at 38 m beats at 6.3 MHz, and so at −3.7 MHz in samples at 10 MHz: at −22 m."""
+    chirps = Sawtooth(bandwidth=1e9, ramp_duration=40e-6, idle=20e-6)
+    schedule = chirps.schedule(num_sweeps=128, streams=Streams(2))
+    converter = Converter(sample_rate=10e6, start=2e-6, margin=1e-6)
+    frame = frame_of(schedule, [HandPoint(range=38.0, power=10.0)], converter=converter)
+    seen, _, power = observed(frame)
+    wide = replace(LIMITS, range=(0.5, 45.0))
+    assert with_strong_points(seen, power, wide) == wide
+    assert with_strong_points(seen, power, LIMITS).range[0] < -21.0
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polychirp.receiver.coherent.growth import grown, without_growth
+from polychirp.receiver.coherent.growth import GREATEST_GROWTH, grown, without_growth
 from polychirp.receiver.coherent.residual import Residual
 from tests.support.points import HandPoint
 from tests.unit.receiver.coherent.test_fit import (
@@ -83,3 +83,12 @@ def test_weak_points_keep_their_growth():
     found, any_grown = grown(seen, Residual.of(seen, weak), weak)
     assert found is weak
     assert not any_grown
+
+
+def test_a_point_does_not_take_another_one_for_its_growth():
+    """One that is 40 dB stronger and not subtracted yet, three cells away in range rate."""
+    strong = replace(GHOST, range=GHOST.range + 0.02, range_rate=-7.45, power=1e4)
+    seen, points = at_their_places([GHOST, strong])
+    alone = with_amplitudes(observed([GHOST], noise=NOISE), points[np.array([0])])
+    found, _ = grown(seen, Residual.of(seen, alone), alone)
+    assert abs(found.growth[0]) <= GREATEST_GROWTH
