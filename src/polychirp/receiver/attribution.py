@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import direction_of
 from polychirp.model.detection import Detections
@@ -20,8 +20,9 @@ from polychirp.receiver.angle.beamform import steering
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.parts import PartPowers
 from polychirp.receiver.decoding.chain import Decoding
-from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.mitigation.base import Repair, mitigated
 from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.subframes import has_subframes, subframes
 from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.receiver.selection import FrameReceiver
 from polychirp.receiver.signal_model.point_signal import (
@@ -32,6 +33,7 @@ from polychirp.receiver.signal_model.point_signal import (
 )
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
 from polychirp.receiver.stepped.chain import MfskReceiver, in_sequences, noise_of_sequences
+from polychirp.receiver.stepped.steps import SEQUENCES
 
 NOISE_BINS: Final = 129
 """Number of bins, half a resolution cell apart, over which the noise of a ramp about a beat is
@@ -76,13 +78,46 @@ def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, Part
 
 def _matched_powers(receiver: FrameReceiver, frame: IfFrame, found: Detections) -> PartPowers:
     """The function that gives the power of any parts in each detection by `part_amplitudes`."""
+    scale = _scales_of_ramps(receiver, frame)
 
     def powers_of(samples: ComplexArray) -> FloatArray:
-        amplitude = part_amplitudes(receiver, frame, samples, found)
+        amplitude = part_amplitudes(receiver, frame, samples, found) * scale
         combined = getattr(receiver, "combined_power", in_phase)
         return np.asarray(combined(amplitude, frame.schedule))
 
     return powers_of
+
+
+def _shares_left(receiver: FrameReceiver, frame: IfFrame) -> FloatArray:
+    """Share of the tapered weights of each ramp's samples that mitigation leaves, ``(ramp,)``."""
+    left, whole = (
+        _tapered(receiver, mitigated(method, frame).weight).sum(axis=1)
+        for method in (receiver.mitigation, None)
+    )
+    return np.asarray(left / np.maximum(whole, 1e-300))
+
+
+def _scales_of_ramps(receiver: FrameReceiver, frame: IfFrame) -> FloatArray:
+    """Factors ``(ramp,)`` of `part_amplitudes` with which the receiver adds them up.
+
+    The range-Doppler receiver and that of MFSK add up samples, of which mitigation leaves few on
+    some ramps, and divide once, by all that are left in a subframe or a sequence. Others count
+    ramps alike.
+    """
+    if isinstance(receiver, RangeDoppler):
+        along = receiver.ramp_taper(frame.schedule)
+        whole = (np.arange(along.size),)
+        sets = subframes(frame.schedule) if has_subframes(frame.schedule) else whole
+    elif isinstance(receiver, MfskReceiver):
+        along = np.repeat(taper(frame.schedule.num_ramps // SEQUENCES), SEQUENCES)
+        sets = tuple(np.arange(first, along.size, SEQUENCES) for first in range(SEQUENCES))
+    else:
+        return np.ones(frame.schedule.num_ramps)
+    share = _shares_left(receiver, frame)
+    for some in sets:
+        mean = np.sum(along[some] * share[some]) / max(float(np.sum(along[some])), 1e-300)
+        share[some] /= max(float(mean), 1e-300)
+    return share
 
 
 def in_phase(amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
@@ -135,17 +170,19 @@ def part_amplitudes(
         [detections.range, detections.range_rate, np.zeros(detections.num_detections)], axis=-1
     )
     phases = beat_phase(frame.schedule, frame.times, motion=place, time=detections.time)
-    _, sine, rise = direction_of(
-        np.nan_to_num(detections.azimuth), np.nan_to_num(detections.elevation)
-    ).T
-    frequency = float(np.mean(frame.schedule.centre_frequency))
-    weights = steering(frame.array, frequency=frequency, sine=sine, rise=rise)
-    if motion is not None:
-        weights = weights * motion.conj()
+    weights = _beams(frame, detections, motion)
     stacked = cleaned.repair(parts).reshape(-1, *weight.shape)  # part × channel
     amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
     by_part = amplitude.reshape(len(place), *parts.shape[:3])
     return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
+
+
+def _beams(frame: IfFrame, cells: Detections, motion: ComplexArray | None) -> ComplexArray:
+    """Weights ``(cell, channel)`` that steer the channels to the direction of each cell."""
+    _, sine, rise = direction_of(np.nan_to_num(cells.azimuth), np.nan_to_num(cells.elevation)).T
+    frequency = float(np.mean(frame.schedule.centre_frequency))
+    weights = steering(frame.array, frequency=frequency, sine=sine, rise=rise)
+    return weights if motion is None else np.asarray(weights * motion.conj())
 
 
 def _tapered(receiver: FrameReceiver, present: FloatArray) -> FloatArray:
@@ -173,35 +210,89 @@ def _noise_powers(
     the noise itself, make up for few ramps.
     """
     cleaned = mitigated(receiver.mitigation, frame)
-    weight, times = _tapered(receiver, cleaned.weight), frame.times
-    size = spectrum_size(times)
+    weight, size = _tapered(receiver, cleaned.weight), spectrum_size(frame.times)
     repaired = cleaned.repair(noise)
     is_filled = not np.array_equal(repaired, noise * (cleaned.weight > 0.0))
     copies = _num_copies(len(noise) * len(weight)) if is_filled else 1
     power = power_spectra(repaired, weight, size).mean(axis=0) / copies
     for copy in _shifted_copies(noise, copies - 1, size):
         power += power_spectra(cleaned.repair(copy), weight, size).mean(axis=0) / copies
+    number = _bins_of_beats(frame, cells, size)
+    if is_filled:
+        return np.asarray(power[np.arange(len(power)), number] * _white_noise(weight))
+    share = _shares_about_beats(power, number, num_spectra=len(noise) * len(weight))
+    wide = _about_beats(power, number, bins=NOISE_BINS)
+    return np.asarray(share[:, None] * wide * _white_noise(weight))
+
+
+def _mixes_channels(repair: Repair, noise: ComplexArray) -> bool:
+    """True if noise of one channel is in others after a repair, as where directions are removed."""
+    if len(noise) == 1:
+        return False
+    alone = noise.copy()
+    alone[1:] = 0.0
+    return bool(np.any(repair(alone)[1:]))
+
+
+def _steered_noise_powers(
+    receiver: FrameReceiver,
+    frame: IfFrame,
+    noise: ComplexArray,
+    cells: Detections,
+    *,
+    motion: ComplexArray | None,
+) -> FloatArray:
+    """`_noise_powers` where channels have noise in common: that in the direction of each cell.
+
+    Gaps are not taken for filled.
+    """
+    cleaned = mitigated(receiver.mitigation, frame)
+    weight, repaired = _tapered(receiver, cleaned.weight), cleaned.repair(noise)
+    size = spectrum_size(frame.times)
+    number = _bins_of_beats(frame, cells, size)
+    of_channels = power_spectra(repaired, weight, size).mean(axis=0)
+    share = _shares_about_beats(of_channels, number, num_spectra=len(noise) * len(weight))
+    out = np.empty(number.shape)
+    for n, beam in enumerate(_beams(frame, cells, motion)):
+        power = power_spectra(np.tensordot(beam, repaired, axes=1)[None], weight, size)[0]
+        out[n] = _about_beats(power, number[[n]], bins=NOISE_BINS)[0]
+    return share[:, None] * out * _white_noise(weight)
+
+
+def _about_beats(power: FloatArray, number: IntArray, *, bins: int) -> FloatArray:
+    """Mean ``(cell, ramp)`` of spectra ``(ramp, bin)`` over ``bins`` about those of ``number``."""
+    mean = uniform_filter1d(power, min(bins, power.shape[1]), axis=1, mode="wrap")
+    return np.asarray(mean[np.arange(len(power)), number])
+
+
+def _shares_about_beats(power: FloatArray, number: IntArray, *, num_spectra: int) -> FloatArray:
+    """Power in the few bins about a cell over that in `NOISE_BINS`, of all ramps, ``(cell,)``."""
+    near, wide = (
+        _about_beats(power, number, bins=bins).sum(axis=1)
+        for bins in (_num_noise_bins(num_spectra), NOISE_BINS)
+    )
+    return np.asarray(near / np.maximum(wide, 1e-300))
+
+
+def _white_noise(weight: FloatArray) -> FloatArray:
+    """Power of white noise of 1 W per sample in `part_amplitudes` of weights, ``(ramp,)``.
+
+    A ramp that mitigation has taken out has neither noise nor echo.
+    """
+    total = np.maximum(np.sum(weight, axis=1), 1e-100)
+    return np.asarray(np.sum(weight**2, axis=1) / total**2)
+
+
+def _bins_of_beats(frame: IfFrame, cells: Detections, size: int) -> IntArray:
+    """Bins of spectra of a ``size`` that are nearest to the beats of cells, ``(cell, ramp)``."""
     beat = beat_frequency(
         frame.schedule,
-        times,
+        frame.times,
         distance=cells.range,
         range_rate=cells.range_rate,
         time=cells.time,
     )
-    number = np.rint(beat / times.rate * size).astype(np.int64) % size
-    ramp = np.arange(len(power))
-
-    def about_the_beat(bins: int) -> FloatArray:
-        return uniform_filter1d(power, min(bins, size), axis=1, mode="wrap")[ramp, number]
-
-    # a ramp that mitigation has taken out has neither noise nor echo
-    scale = np.sum(weight**2, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-100) ** 2
-    if is_filled:
-        return np.asarray(power[ramp, number] * scale)
-    wide = about_the_beat(NOISE_BINS)
-    near = about_the_beat(_num_noise_bins(len(noise) * len(weight)))
-    share = near.sum(axis=1) / np.maximum(wide.sum(axis=1), 1e-300)
-    return np.asarray(share[:, None] * wide * scale)
+    return np.asarray(np.rint(beat / frame.times.rate * size).astype(np.int64) % size)
 
 
 def _num_copies(num_spectra: int) -> int:
@@ -249,8 +340,9 @@ def target_levels(
 
     With the amplitudes :math:`e_k` and :math:`i_k` of `part_amplitudes` on ramp k, of echo and
     multipath and of all other parts but noise, the expected power :math:`N_k` of the noise, and the
-    receiver's taper :math:`w_k` over the ramps (`RangeDoppler`; 1 for others), the filter matched
-    to the echo's own phases over the frame gives
+    weight :math:`w_k` of the ramp, which is the receiver's taper over the ramps (`RangeDoppler`; 1
+    for others) times the share of the ramp's samples that mitigation leaves, the filter matched to
+    the echo's own phases over the frame gives
 
     .. math:: \mathrm{SNR} = \frac{(\sum_k w_k |e_k|^2)^2}{\sum_k w_k^2 |e_k|^2 N_k},\qquad
               \mathrm{INR} = \frac{|\sum_k w_k e_k^* i_k|^2}{\sum_k w_k^2 |e_k|^2 N_k}.
@@ -265,7 +357,25 @@ def target_levels(
     (`phases_in_motion`).
     """
     if isinstance(receiver, Decoding):
-        return target_levels(*_decoded(receiver, frame, parts), truth)
+        read = receiver.reading(frame)
+        decoded = replace(parts, samples=read.decode(parts.samples))
+        is_mixed = receiver.mitigation is not None and _mixes_channels(read.decode, parts.noise)
+        return _levels(read.receiver, read.frame, decoded, truth, is_mixed=is_mixed)
+    repair = mitigated(receiver.mitigation, frame).repair
+    is_mixed = _mixes_channels(repair, parts.noise)
+    return _levels(receiver, frame, parts, truth, motion=motion, is_mixed=is_mixed)
+
+
+def _levels(
+    receiver: FrameReceiver,
+    frame: IfFrame,
+    parts: IfParts,
+    truth: Truth,
+    *,
+    is_mixed: bool,
+    motion: ComplexArray | None = None,
+) -> TargetLevels:
+    """`target_levels` of a frame without a code; ``is_mixed``: its noise is not of each channel."""
     still = np.zeros(len(truth.name))
     cells = Detections(
         time=truth.time,
@@ -281,13 +391,17 @@ def target_levels(
     is_own, is_noise = np.isin(name, ("echo", "multipath")), name == "noise"
     echo = amplitude[:, is_own].sum(axis=1)
     rest = amplitude[:, ~is_own & ~is_noise].sum(axis=1)
-    noise = _noise_powers(receiver, frame, parts.noise, cells)
-    along = np.ones(frame.schedule.num_ramps)
+    if is_mixed:
+        noise = _steered_noise_powers(receiver, frame, parts.noise, cells, motion=motion)
+    else:
+        noise = _noise_powers(receiver, frame, parts.noise, cells)
+    along = _shares_left(receiver, frame)
     if isinstance(receiver, RangeDoppler):
-        along = receiver.ramp_taper(frame.schedule)
+        along = along * receiver.ramp_taper(frame.schedule)
     elif isinstance(receiver, MfskReceiver):
-        echo, rest = in_sequences(echo), in_sequences(rest)
-        noise, along = noise_of_sequences(noise)[:, None], np.ones(echo.shape[1])
+        scale = _scales_of_ramps(receiver, frame)
+        echo, rest = in_sequences(scale * echo), in_sequences(scale * rest)
+        noise, along = noise_of_sequences(scale**2 * noise)[:, None], np.ones(echo.shape[1])
     energy = np.abs(echo) ** 2
     signal, added = energy @ along, np.abs(np.sum(along * echo.conj() * rest, axis=1)) ** 2
     floor = np.maximum(np.sum(along**2 * energy * noise, axis=1), 1e-300)

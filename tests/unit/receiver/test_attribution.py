@@ -212,9 +212,8 @@ def test_the_snr_after_filling_counts_the_noise_that_filling_repeats(mitigation,
     for row, length in zip(taper, frame.times.num_samples, strict=True):
         row[:length] = np.hanning(length + 2)[1:-1]
 
-    def matched(samples, weight):
-        per_ramp = np.sum(tone.conj() * taper * weight * samples, axis=-1)
-        return per_ramp / (taper * weight).sum(axis=-1)
+    def matched(samples, weight):  # a ramp counts by the samples that are left of it
+        return np.sum(tone.conj() * taper * weight * samples, axis=-1) / taper.sum(axis=-1)
 
     whole = np.ones_like(repaired.weight)
     several = [frame_of(RAMPS, [], seed=seed).samples for seed in range(10, 60)]

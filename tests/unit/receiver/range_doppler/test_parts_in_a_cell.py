@@ -14,7 +14,8 @@ from polychirp.model.if_frame import PARTS, IfParts
 from polychirp.model.truth import Truth
 from polychirp.receiver.attribution import detected, target_levels
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.mitigation.base import with_weights
+from polychirp.receiver.mitigation import Nulling
+from polychirp.receiver.mitigation.base import mitigated, with_weights
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.rng import Streams
@@ -34,6 +35,33 @@ class _TakesRampsOut:
         weight = frame.times.is_sample.astype(np.float64)
         weight[::2] = 0.0
         return with_weights(frame, weight)
+
+
+@dataclass(frozen=True)
+class _LeavesTheMiddle:
+    """A mitigation that leaves a share of the samples of every other ramp, in its middle."""
+
+    share: float
+
+    def mitigate(self, frame):
+        return with_weights(frame, self.weight(frame))
+
+    def weight(self, frame):
+        weight = frame.times.is_sample.astype(np.float64)
+        out = round(0.5 * (1.0 - self.share) * weight.shape[1])
+        weight[::2, :out] = 0.0
+        weight[::2, -out:] = 0.0
+        return weight
+
+
+@dataclass(frozen=True, kw_only=True)
+class _NullsKnownSamples(Nulling):
+    """Nulling that knows which samples are hit: the second half of each ramp."""
+
+    def hit(self, frame):
+        hit = frame.times.is_sample.copy()
+        hit[:, : hit.shape[1] // 2] = False
+        return hit
 
 
 def schedule_of(num_sweeps=128):
@@ -191,3 +219,70 @@ def test_ramps_that_are_taken_out_have_neither_echo_nor_noise():
     assert np.isfinite(left.snr[0])
     assert left.snr[0] / plain.snr[0] == pytest.approx(0.5, abs=0.05)
     assert left.inr[0] < 1e-6
+
+
+@pytest.mark.parametrize("share", [0.03, 0.1, 0.4])
+@pytest.mark.parametrize("seed", range(3))
+def test_ramps_of_which_little_is_left_count_by_what_is_left(share, seed):
+    """The map adds up samples: (Σtwm)²/Σ(tw)²m of tapers t, w, and the mask m that is left."""
+    schedule = schedule_of(64)
+    echo = HandPoint(range=20.0, range_rate=0.0, power=0.1)
+    frame, parts = frame_with(schedule, echo=[echo], seed=seed)
+    method = _LeavesTheMiddle(share)
+    receiver = RangeDoppler(greatest_range=60.0, mitigation=method)
+    true = truth_at(frame, range=20.0, range_rate=0.0)
+    levels = target_levels(receiver, frame, parts, true)
+    window = taper(schedule.num_ramps)[:, None] * taper(frame.times.most_samples)
+    mask = method.weight(frame)
+    expected = 4 * 0.1 * np.sum(window * mask) ** 2 / np.sum(window**2 * mask)
+    assert to_db(levels.snr[0]) == pytest.approx(to_db(expected), abs=0.6)
+
+
+def test_a_part_on_ramps_of_which_little_is_left_has_the_power_of_the_map():
+    """An interferer with the echo's beat is on the ramps alone of which a tenth is left."""
+    schedule = schedule_of(64)
+    echo = HandPoint(range=20.0, range_rate=0.0, power=1.0)
+    frame, parts = frame_with(schedule, echo=[echo], direct=[echo])
+    samples = parts.samples.copy()
+    samples[1, :, 1::2] = 0.0
+    parts = IfParts(samples=samples, names=parts.names)
+    receiver = RangeDoppler(greatest_range=60.0, mitigation=_LeavesTheMiddle(0.1))
+    found, powers = detected(receiver, frame.with_samples(parts.total()), parts)
+    window = taper(schedule.num_ramps)[:, None] * taper(frame.times.most_samples)
+    window *= _LeavesTheMiddle(0.1).weight(frame)
+    expected = (window[::2].sum() / window.sum()) ** 2
+    assert powers[0, PARTS.index("echo")] == pytest.approx(4.0, rel=0.02)
+    ratio = powers[0, PARTS.index("direct")] / powers[0, PARTS.index("echo")]
+    assert ratio == pytest.approx(expected, rel=0.02)
+    assert found.range[0] == pytest.approx(20.0, abs=0.1)
+
+
+@pytest.mark.parametrize("azimuth", [0.5, 0.3, 0.0, -0.4])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_noise_after_nulling_is_that_in_the_direction_of_the_target(azimuth, seed):
+    """The map of each part is the twin: its channels are added up as a beam towards the target.
+
+    In the hit half of a ramp a null takes the share |w*v|² of the echo and of the noise.
+    """
+    schedule = schedule_of(64)
+    point = HandPoint(range=20.0, range_rate=0.0, power=0.01, azimuth=azimuth)
+    frame, parts = frame_with(schedule, echo=[point], seed=seed)
+    wave, beam = (np.exp(-1j * np.pi * np.arange(4) * np.sin(a)) / 2.0 for a in (0.5, azimuth))
+    receiver = RangeDoppler(greatest_range=60.0, mitigation=_NullsKnownSamples())
+    hit = receiver.mitigation.hit(frame)
+    turn = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, hit.shape)
+    burst = 1e3 * wave[:, None, None] * np.exp(1j * turn) * hit
+    parts = IfParts(samples=np.stack([parts["echo"], burst, parts.noise]), names=parts.names)
+    frame = frame.with_samples(parts.total())
+    true = truth_at(frame, range=20.0, range_rate=0.0, azimuth=azimuth)
+    levels = target_levels(receiver, frame, parts, true)
+    repair = mitigated(receiver.mitigation, frame).repair
+
+    def steered(samples):
+        seen = RECEIVER.spectra(frame.with_samples(repair(samples))).amplitude
+        return np.abs(np.tensordot(beam.conj(), seen, axes=1)) ** 2
+
+    noise = np.mean([np.mean(steered(frame_of(schedule, [], seed=90 + n).samples)) for n in (1, 2)])
+    assert to_db(levels.snr[0]) == pytest.approx(
+        to_db(steered(parts["echo"]).max() / noise), abs=0.8
+    )

@@ -1,5 +1,7 @@
 """What figures, scores and studies ask of a frame of steps."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from polychirp.model.if_frame import IfParts
 from polychirp.model.radar import Converter
 from polychirp.model.truth import Truth
 from polychirp.receiver.attribution import floor_rise, target_levels
+from polychirp.receiver.mitigation.base import with_weights
 from polychirp.receiver.overview.range_azimuth import range_azimuth_map
 from polychirp.receiver.overview.range_rate import range_rate_map
 from polychirp.receiver.range_doppler.transforms import taper
@@ -28,6 +31,16 @@ from tests.support.points import HandPoint, frame_of
 STEPS = Mfsk(num_steps=128).schedule(num_sweeps=1, streams=Streams(1))
 CONVERTER = Converter(sample_rate=2e6, start=3e-6, margin=0.0)
 RECEIVER = MfskReceiver(greatest_range=14.0, greatest_speed=20.0)
+
+
+@dataclass(frozen=True)
+class _LeavesOneSample:
+    """A mitigation that leaves one sample of every step whose number is a multiple of 3."""
+
+    def mitigate(self, frame):
+        weight = frame.times.is_sample.astype(np.float64)
+        weight[::3, 1:] = 0.0
+        return with_weights(frame, weight)
 
 
 def test_the_map_is_greatest_at_the_motion_of_a_point():
@@ -96,6 +109,33 @@ def test_the_snr_of_a_target_is_that_of_its_own_echo():
     peak = np.mean(np.abs(steps.amplitude(beat)) ** 2)
     looks = 2 * frame.array.num_channels
     assert snr[0] == pytest.approx(looks * peak / np.mean(drawn), rel=0.15)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_steps_of_which_one_sample_is_left_count_by_what_is_left(seed):
+    """A tone's SNR is 2 C a² (Σwm)²/(σ² Σw²m) with m samples left on each of the steps."""
+    point = HandPoint(range=9.0, spreading=0.0)
+    clean = frame_of(STEPS, [point], noise=0.0, converter=CONVERTER)
+    noise = frame_of(STEPS, [], seed=seed, noise=1e-4, converter=CONVERTER)
+    parts = IfParts(samples=np.stack([clean.samples, noise.samples]), names=("echo", "noise"))
+    frame = clean.with_samples(clean.samples + noise.samples)
+    receiver = MfskReceiver(greatest_range=14.0, greatest_speed=20.0, mitigation=_LeavesOneSample())
+    true = Truth(
+        time=middle_time(frame.times),
+        name=("point",),
+        range=[9.0],
+        range_rate=[0.0],
+        azimuth=[0.0],
+        elevation=[0.0],
+        point=np.zeros((1, 3)),
+        is_visible=[True],
+    )
+    left = _LeavesOneSample().mitigate(frame).weight.sum(axis=1)[::2]
+    window = taper(128)
+    expected = np.sum(window * left) ** 2 / np.sum(window**2 * left)
+    expected *= 2.0 * frame.array.num_channels / 1e-4
+    # the noise is a mean over 256 steps of four channels
+    assert target_levels(receiver, frame, parts, true).snr[0] == pytest.approx(expected, rel=0.1)
 
 
 def test_ranges_are_resolved_by_the_band_of_all_steps():
