@@ -17,6 +17,11 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.estimation.cramer_rao import cramer_rao_bound
 from polychirp.receiver.mitigation import Blanking, Burg, Nulling
+from polychirp.receiver.mitigation.burst_detectors import (
+    AmplitudeSteps,
+    MedianThreshold,
+    StftCfar,
+)
 from polychirp.receiver.overview.range_azimuth import range_azimuth_map
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import (
@@ -29,7 +34,7 @@ from polychirp.receiver.selection import (
 from polychirp.report.figures.spectrogram import spectrogram
 from polychirp.rng import Streams
 from polychirp.waveform import Noise, PhaseCodedRamp, Pmcw, Sawtooth
-from tests.support.points import frame_of
+from tests.support.points import HandPoint, frame_of
 
 CARRIER = Pmcw(order=7).schedule(num_sweeps=8, streams=Streams(1))
 CODED_CHIRPS = PhaseCodedRamp().schedule(num_sweeps=8, streams=Streams(1))
@@ -174,3 +179,31 @@ def test_two_sweeps_with_a_code_are_too_few_to_tell_the_noise():
     with pytest.raises(CapabilityError, match="the frame has 2 ramps, fewer than 3"):
         refuse_unreadable(Decoding(), Pmcw(order=7).schedule(num_sweeps=2, streams=Streams(1)))
     refuse_unreadable(Decoding(), Pmcw(order=7).schedule(num_sweeps=3, streams=Streams(1)))
+
+
+@pytest.mark.parametrize("detector", [AmplitudeSteps(), StftCfar()])
+@pytest.mark.parametrize("schedule", [CARRIER, CODED_CHIRPS])
+def test_detectors_that_take_chips_for_bursts_are_refused(detector, schedule):
+    """Of clean coded chirps they hit 60 % and 9 % of the samples, of clean noise 6 % and 4 %."""
+    receiver = Decoding(mitigation=Blanking(detector=detector))
+    with pytest.raises(CapabilityError, match=r"chips for bursts.* use 'median-threshold'"):
+        refuse_unreadable(receiver, schedule)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_detector_named_in_the_mitigation_does_not_predict_chips(seed):
+    """It is the default one, and leaves a clean frame of a strong echo as it is."""
+    converter = Converter(sample_rate=20e6, start=3e-6, margin=1e-6)
+    schedule = PhaseCodedRamp(bandwidth=200e6, ramp_duration=40e-6).schedule(
+        num_sweeps=16, streams=Streams(seed)
+    )
+    point = HandPoint(range=9.0, azimuth=0.2, power=1e5)
+    frame = frame_of(schedule, [point], converter=converter, seed=seed)
+    default, named = (
+        Decoding(greatest_range=30.0, mitigation=Blanking(detector=detector)).reading(frame)
+        for detector in (None, MedianThreshold())
+    )
+    assert np.array_equal(named.frame.samples, default.frame.samples)
+    plain = Decoding(greatest_range=30.0).reading(frame)
+    change = np.sum(np.abs(named.frame.samples - plain.frame.samples) ** 2)
+    assert change < 1e-3 * np.sum(np.abs(plain.frame.samples) ** 2)

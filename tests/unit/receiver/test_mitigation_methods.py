@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import hankel
 
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import IfFrame, SampleTimes
@@ -17,6 +18,7 @@ from polychirp.receiver.mitigation import (
     StftExcision,
     StftStatistics,
 )
+from polychirp.receiver.mitigation.low_rank_hankel import low_rank
 
 N = np.arange(512)
 BURST = slice(200, 232)
@@ -189,3 +191,21 @@ def test_a_decomposition_leaves_silence_and_very_short_ramps_as_they_are(length)
     if length < 4:
         short = frame_of(np.ones((1, 2, length), dtype=np.complex128))
         assert np.all(LowRankHankel().mitigate(short).samples == 1.0)
+
+
+@pytest.mark.parametrize("seed", [4, 5, 6, 7])
+def test_a_chirp_through_the_whole_ramp_is_decomposed(seed):
+    """Singular values of its Hankel matrix are nearly equal; the twin has the whole matrix."""
+    draw, length, rank = np.random.default_rng(seed), 361, 10
+    place = np.arange(length)
+    turn = draw.uniform(0.05, 0.45) * (place - draw.uniform(0, length)) ** 2 / length
+    line = np.exp(1j * np.pi * turn)[None] * (1.0 + 1e-4 * draw.normal(size=(2, length)))
+    rows = length // 2 + 1
+    whole = np.hstack([hankel(one[:rows], one[rows - 1 :]) for one in line])
+    left, singular, right = np.linalg.svd(whole, full_matrices=False)
+    part = (left[:, :rank] * singular[:rank]) @ right[:rank]
+    found, _ = low_rank(line, rank)
+    for row, low in zip(found, np.split(part, 2, axis=1), strict=True):
+        turned = low[:, ::-1]
+        means = [turned.diagonal(low.shape[1] - 1 - k).mean() for k in range(length)]
+        assert np.abs(row - means).max() < 1e-4

@@ -25,6 +25,7 @@ from polychirp.receiver.decoding.correlation import (
 from polychirp.receiver.decoding.reading import Reading
 from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.mitigation.burst_detectors import MedianThreshold
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.chain import SAME_RANGE, RangeDoppler
 from polychirp.receiver.settings import DetectorSettings
@@ -131,10 +132,12 @@ class Decoding(DetectorSettings):
 
 
 def _without_prediction(mitigation: AnyMitigation | None) -> AnyMitigation | None:
-    """The mitigation, whose default detector of bursts does without prediction errors."""
-    if isinstance(mitigation, BurstRepair) and mitigation.detector is None:
-        return replace(mitigation, whitening=0)
-    return mitigation
+    """The mitigation, whose detector of bursts does without prediction errors."""
+    if not isinstance(mitigation, BurstRepair):
+        return mitigation
+    if isinstance(mitigation.detector, MedianThreshold):
+        return replace(mitigation, detector=replace(mitigation.detector, whitening=0))
+    return replace(mitigation, whitening=0) if mitigation.detector is None else mitigation
 
 
 def read_ramps(schedule: RampSchedule, times: SampleTimes) -> tuple[RampSchedule, SampleTimes]:

@@ -10,6 +10,7 @@ from polychirp.errors import CapabilityError, PhysicsError
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mitigation import AnyMitigation, Blanking, Nulling
+from polychirp.receiver.mitigation.burst_detectors import AmplitudeSteps, StftCfar
 from polychirp.receiver.range_doppler.transforms import unfit
 from polychirp.receiver.signal_model.equal_ramps import LARGEST_DIFFERENCE
 
@@ -133,8 +134,9 @@ def refuse_filter(schedule: RampSchedule, passband: float, *, greatest_range: fl
 def refuse_prediction(mitigation: AnyMitigation | None) -> None:
     """Refuse, with a `CapabilityError`, a mitigation that takes echoes for tones or smooth signals.
 
-    The received chips of a code are neither. Weights of samples and combinations of channels are
-    right for all signals; what methods of plug-ins need is not known here.
+    The received chips of a code are neither, and a step from chip to chip is no burst. Weights of
+    samples and combinations of channels are right for all signals; what methods and detectors of
+    plug-ins need is not known here.
 
     >>> refuse_prediction(Blanking())
     """
@@ -143,4 +145,11 @@ def refuse_prediction(mitigation: AnyMitigation | None) -> None:
         raise CapabilityError(
             f"the mitigation '{mitigation.kind}' takes echoes for tones, and those of ramps with a "
             "code are none; use 'blanking' or 'nulling'"
+        )
+    detector = getattr(mitigation, "detector", None)
+    if isinstance(detector, AmplitudeSteps | StftCfar):
+        raise CapabilityError(
+            f"the detector '{detector.kind}' takes steps and spectra of chips for bursts, and "
+            "would find these in echoes of ramps with a code; leave receiver.mitigation.detector "
+            "out, or use 'median-threshold'"
         )
