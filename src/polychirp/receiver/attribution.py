@@ -360,7 +360,7 @@ def target_levels(
         read = receiver.reading(frame)
         decoded = replace(parts, samples=read.decode(parts.samples))
         is_mixed = receiver.mitigation is not None and _mixes_channels(read.decode, parts.noise)
-        return _levels(read.receiver, read.frame, decoded, truth, is_mixed=is_mixed)
+        return _levels(read.receiver, read.frame, decoded, truth, is_mixed=is_mixed, left=read.left)
     repair = mitigated(receiver.mitigation, frame).repair
     is_mixed = _mixes_channels(repair, parts.noise)
     return _levels(receiver, frame, parts, truth, motion=motion, is_mixed=is_mixed)
@@ -374,8 +374,12 @@ def _levels(
     *,
     is_mixed: bool,
     motion: ComplexArray | None = None,
+    left: FloatArray | None = None,
 ) -> TargetLevels:
-    """`target_levels` of a frame without a code; ``is_mixed``: its noise is not of each channel."""
+    """`target_levels` of a frame without a code.
+
+    ``is_mixed`` is true if channels have noise in common; ``left`` is `Reading.left`.
+    """
     still = np.zeros(len(truth.name))
     cells = Detections(
         time=truth.time,
@@ -396,6 +400,9 @@ def _levels(
     else:
         noise = _noise_powers(receiver, frame, parts.noise, cells)
     along = _shares_left(receiver, frame)
+    if left is not None:  # amplitudes as if nothing were missing, as of `part_amplitudes`
+        whole, along = np.maximum(left, 1e-6), along * left
+        echo, rest, noise = echo / whole, rest / whole, noise / whole**2
     if isinstance(receiver, RangeDoppler):
         along = along * receiver.ramp_taper(frame.schedule)
     elif isinstance(receiver, MfskReceiver):

@@ -20,6 +20,7 @@ from polychirp.receiver.decoding.correlation import (
     correlated,
     decoded_ramps,
     line_power,
+    mean_of_periods,
     present_share,
 )
 from polychirp.receiver.decoding.reading import Reading
@@ -27,8 +28,10 @@ from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.mitigation.burst_detectors import MedianThreshold
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
-from polychirp.receiver.range_doppler.chain import SAME_RANGE, RangeDoppler
+from polychirp.receiver.range_doppler.chain import SAME_RANGE, RangeDoppler, tapered_mean
+from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.receiver.settings import DetectorSettings
+from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.receiver.signal_model.turning import turning_loss
 
 
@@ -36,7 +39,8 @@ from polychirp.receiver.signal_model.turning import turning_loss
 class Decoding(DetectorSettings):
     """Receiver of ramps with a code: it removes the code, and reads the frame as `RangeDoppler`.
 
-    The samples are mitigated first; what mitigation takes of an echo is made up for. Bursts are
+    The samples are mitigated first; what mitigation takes of an echo is made up for, over the whole
+    frame, so that a ramp counts by what is left of it. Bursts are
     found by their amplitude alone, as chips cannot be predicted from their neighbours. On a
     carrier of constant frequency (PMCW, noise) the samples are then correlated with the code over
     the whole periods that the converter takes of a sweep (`decoding.correlation`). Side lobes of
@@ -81,12 +85,16 @@ class Decoding(DetectorSettings):
         ramps, moments = read_ramps(schedule, times)
         cleaned = mitigated(_without_prediction(self.mitigation), frame)
         is_carrier = bool(np.all(schedule.slope == 0.0))
-        share = (
-            present_share(cleaned.weight, schedule, times)
-            if is_carrier
-            else np.mean(cleaned.weight, axis=1, keepdims=True)
-        )
-        weight = cleaned.weight / np.maximum(share, 1e-300)
+        weight, of_echo = cleaned.weight, None
+        if is_carrier:
+            weight = weight / np.maximum(present_share(weight, schedule, times), 1e-300)
+            of_echo = line_power(schedule, times, if_filter=frame.if_filter)
+        left = np.ones(schedule.num_ramps)
+        if self.mitigation is not None:
+            gaps = mean_of_periods(weight, schedule, times) if is_carrier else weight
+            left = gaps @ taper(gaps.shape[1])
+            of_echo = gaps if of_echo is None else of_echo * gaps
+            weight = weight / max(tapered_mean(gaps, code_blocks(ramps)), 1e-300)
 
         def decode(samples: ComplexArray) -> ComplexArray:
             kept = cleaned.repair(samples) * weight
@@ -96,7 +104,8 @@ class Decoding(DetectorSettings):
 
         return Reading(
             receiver=self.reader(),
-            weight=line_power(schedule, times, if_filter=frame.if_filter) if is_carrier else None,
+            weight=of_echo,
+            left=left,
             frame=replace(
                 frame, samples=decode(frame.samples), times=moments, schedule=ramps, high_pass=None
             ),

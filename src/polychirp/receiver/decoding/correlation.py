@@ -54,6 +54,12 @@ def present_share(weight: FloatArray, schedule: RampSchedule, times: SampleTimes
     return np.asarray(np.tile(whole, (1, repeats))[:, : weight.shape[1]])
 
 
+def mean_of_periods(weight: FloatArray, schedule: RampSchedule, times: SampleTimes) -> FloatArray:
+    """Mean weight of the samples ``(ramp, fast)`` that are added in a ramp, ``(ramp, 1)``."""
+    size = samples_per_period(schedule, times) * _num_periods(schedule, times)
+    return np.asarray(weight[:, :size].mean(axis=1, keepdims=True))
+
+
 def _orders(size: int) -> FloatArray:
     """Numbers k of the coefficients that ``size`` samples hold."""
     return np.arange(-((size - 1) // 2), (size - 1) // 2 + 1.0)

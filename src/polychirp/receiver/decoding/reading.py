@@ -18,10 +18,12 @@ class Reading:
     frame : the decoded frame, of ramps without a code
     decode : linear map of samples, V ``(…, channel, ramp, fast)``, that makes the decoded frame's
         from those of the original; parts of the samples still sum to the whole after it
+    left : share of an echo's amplitude that mitigation leaves on each ramp, ``(ramp,)``
     weight : weights of the decoded samples of any echo, ``(ramp, fast)``; None if all are equal
     """
 
     receiver: RangeDoppler
     frame: IfFrame
     decode: Callable[[ComplexArray], ComplexArray]
+    left: FloatArray
     weight: FloatArray | None = None

@@ -205,7 +205,7 @@ class RangeDoppler(DetectorSettings):
         blocks = code_blocks(frame.schedule)
         if self.mitigation is not None:
             cleaned = mitigated(self.mitigation, frame)
-            share = max(_tapered_mean(cleaned.weight, blocks), 1e-300)
+            share = max(tapered_mean(cleaned.weight, blocks), 1e-300)
             frame = frame.with_samples(cleaned.samples * cleaned.weight / share)
         spare = SPARE_CELLS + (blocks.ramps.shape[1] + 1) // 2
         profiles = range_profiles(frame, greatest_range=self.greatest_range, spare=spare)
@@ -338,7 +338,7 @@ class RangeDoppler(DetectorSettings):
         return weight
 
 
-def _tapered_mean(weight: FloatArray, blocks: CodeBlocks) -> float:
+def tapered_mean(weight: FloatArray, blocks: CodeBlocks) -> float:
     """Mean of samples' weights ``(ramp, fast)``, with the tapers of both transforms."""
     of_ramp = weight @ taper(weight.shape[1])
     return float(np.mean(taper(len(blocks.ramps)) @ of_ramp[blocks.ramps[:, :, 0]]))
