@@ -209,3 +209,25 @@ def test_a_chirp_through_the_whole_ramp_is_decomposed(seed):
         turned = low[:, ::-1]
         means = [turned.diagonal(low.shape[1] - 1 - k).mean() for k in range(length)]
         assert np.abs(row - means).max() < 1e-4
+
+
+@pytest.mark.parametrize("length", [256, 711])
+@pytest.mark.parametrize("echo_over_burst", [20.0, 0.0, -20.0, -30.0])
+@pytest.mark.parametrize("seed", range(2))
+def test_dual_sparsity_keeps_the_echo_beside_a_burst_of_any_strength(length, echo_over_burst, seed):
+    """A tone between two lines, 50 dB above the noise, beside a burst of a third of the ramp."""
+    draw, place = np.random.default_rng(seed), np.arange(length)
+    noise = np.sqrt(0.5) * (draw.normal(size=(2, length)) + 1j * draw.normal(size=(2, length)))
+    turn = draw.uniform(0.02, 0.2) * place + draw.random()
+    echo = 10**2.5 * np.exp(2j * np.pi * turn) * np.ones((2, 1))
+    start, size = int(draw.integers(0, length - length // 3)), length // 3
+    burst = np.zeros((2, length), dtype=complex)
+    chirp = np.exp(1j * np.pi * (np.arange(size) - size / 2) ** 2 / size)
+    burst[:, start : start + size] = 10 ** (2.5 - echo_over_burst / 20.0) * chirp * [[1.0], [1j]]
+    frame = frame_of((echo + burst + noise)[:, None])
+    repair = DualSparsity().mitigate(frame).repair
+    error = np.sum(np.abs(repair(echo[:, None])[:, 0] - echo) ** 2) / np.sum(np.abs(echo) ** 2)
+    left = np.sum(np.abs(repair(burst[:, None])) ** 2) / np.sum(np.abs(burst) ** 2)
+    # where the burst meets the tone's row, one of them takes the cells of both
+    assert error < 0.25
+    assert left < 0.1

@@ -20,8 +20,8 @@ from polychirp.receiver.mitigation.stft_excision import HOPS_PER_WINDOW, hann_tr
 from polychirp.units import Between
 
 LEAST_FACTOR = 4.0
-"""Multiple of the median amplitude of lines, and of cells, to which thresholds fall. Chosen: noise
-exceeds it in 1.5 cells of 10⁵ with one channel, and in fewer with more."""
+"""Multiple of the median amplitude of lines, and of cells, of noise to which thresholds fall.
+Chosen: noise exceeds it in 1.5 cells of 10⁵ with one channel, and in fewer with more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,11 +34,14 @@ class DualSparsity(BurstRepair):
     .. math:: r \leftarrow F^{-1} T_k\{F(y - i)\}, \qquad i \leftarrow S^{-1} T_k\{S(y - r)\},
 
     where :math:`T_k` keeps what is above a threshold that falls by equal factors from the greatest
-    amplitude to `LEAST_FACTOR` times the median; both are measured in multiples of these medians.
-    The result is y − i: noise, and echoes too weak for a line, are kept. Channels share lines and
-    cells, chosen by their mean power. Published forms minimise the sum of magnitudes (dual
-    sparsity); here both are kept or not, so that the operation is linear once it is chosen. Ramps
-    without bursts are not changed. An interferer so close to parallel that its cells fill a
+    amplitude to `LEAST_FACTOR` times the median. Both are measured in multiples of the plane's
+    median; of white noise, a line of N samples is :math:`\sqrt{N/\sum w^2}` times a cell of the
+    window w. The median of the lines would not do: a burst fills few cells and all lines, so that
+    its lines would seem weak beside their median, and with them the echoes' lines beside their
+    cells. The result is y − i: noise, and echoes too weak for a line, are kept. Channels share
+    lines and cells, chosen by their mean power. Published forms minimise the sum of magnitudes
+    (dual sparsity); here both are kept or not, so that the operation is linear once it is chosen.
+    Ramps without bursts are not changed. An interferer so close to parallel that its cells fill a
     row is taken for an echo. It takes 100 to 400 log₂ N real multiplications per sample, channel
     and iteration. `Imat` does without the plane.
 
@@ -88,8 +91,10 @@ class DualSparsity(BurstRepair):
         interference = np.zeros_like(line)
         first = 0.0
         for k in range(self.iterations):
-            lines = _in_medians(rms(_spectrum(line - interference)))
-            cells = _in_medians(rms(self._plane(line - interference)))
+            cells = rms(self._plane(line - interference))
+            noise = max(float(np.median(cells)), 1e-300)
+            lines = rms(_spectrum(line - interference)) / (noise * self._line_over_cell(line))
+            cells = cells / noise
             first = first or max(float(lines.max()), float(cells.max()), LEAST_FACTOR)
             factor = first * (LEAST_FACTOR / first) ** (k / (self.iterations - 1))
             echo = _lines(line - interference, lines > factor)
@@ -105,6 +110,11 @@ class DualSparsity(BurstRepair):
             echo = _lines(line - interference, choice.lines)
             interference = self._back(self._plane(line - echo) * choice.cells, line.shape[-1])
         return interference
+
+    def _line_over_cell(self, line: ComplexArray) -> float:
+        """Amplitude of a line of white noise on a ramp over that of a cell of its plane."""
+        window = hann_transform(self.window).win
+        return float(np.sqrt(line.shape[-1] / np.sum(np.abs(window) ** 2)))
 
     def _plane(self, line: ComplexArray) -> ComplexArray:
         return np.asarray(hann_transform(self.window).stft(line))
