@@ -9,6 +9,8 @@ from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.detection.cfar import (
     CfarWindow,
+    Crossings,
+    crosses_its_row,
     ordered_statistic,
     ordered_statistic_factor,
 )
@@ -255,3 +257,41 @@ def test_a_receiver_of_steps_stays_at_its_rate_beside_noise_of_one_direction(cha
         found += receiver.detect(frame).num_detections
         stated += receiver.false_alarm_probability * num_cells(receiver, frame)
     assert found <= poisson.ppf(CONFIDENCE, 1.4 * stated)
+
+
+def test_a_band_of_range_rates_of_one_direction_does_not_raise_the_rate():
+    """Bursts of a radar of equal chirps fill some range rates, at all ranges.
+
+    The band is narrower than the window around a cell, whose floor is then that beside the band: 7
+    times as many cells as stated for the map were detections at 1e-3.
+    """
+    ramps, times = chirps(sign=np.ones(128))
+    ratios = []
+    for number in range(6):
+        random = np.random.default_rng([9, number])
+        noise = random.normal(size=(4, 128, 256, 2)).view(complex)[..., 0]
+        rates = np.fft.fft(random.normal(size=(128, 256, 2)).view(complex)[..., 0], axis=0)
+        rates[10:] = 0.0
+        band = 30.0 * np.fft.ifft(rates, axis=0)
+        ratios.append(detections_over_stated(noise + band, ramps, times))
+    assert np.mean(ratios) < 1.3
+
+
+def test_a_cell_of_a_ridge_crosses_its_row_as_often_as_stated():
+    """The order statistic may count the cell itself: rows of independent exponential cells."""
+    rows, columns, probability = 600, 512, 1e-2
+    power = np.random.default_rng(5).exponential(size=(rows, columns))
+    power[: rows // 4] *= 1e3  # ridges, fewer than half of the rows
+    row, column = (place.ravel() for place in np.indices((rows // 4, columns)))
+    cells = Crossings(
+        row=row, column=column, power=power[row, column],
+        floor=np.ones(row.size), threshold=np.zeros(row.size),
+    )  # fmt: skip
+    is_kept = crosses_its_row(
+        power, cells, false_alarm_probability=probability, quantile=0.3,
+        num_looks=np.ones(columns), side_lobe=np.zeros(columns),
+    )  # fmt: skip
+    # cells of a row share its level, of 256 cells and uncertain by √(0.3/0.7/256)/0.357 = 11 %;
+    # at 1e-2 their probability is by 4.6 times as much
+    spread = np.sqrt(row.size * probability) * np.hypot(1.0, np.sqrt(columns * probability) * 0.53)
+    assert abs(np.count_nonzero(is_kept) - row.size * probability) < 4.0 * spread

@@ -27,6 +27,12 @@ LEAST_RISE: Final = 2.0
 floors of noise, of some forty cells each, do not differ by as much."""
 
 
+LEAST_FALL: Final = 6.0
+"""Ratio of the levels of the first and the last quarter of a row from which on it may be one of
+echoes (`_is_falling`). Chosen: levels of a ridge, of eight cells or more each, differ by a factor
+of 2 at one standard deviation; those of the ground, which fall with 1/R³, by 100 and more."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CfarWindow(Spec):
     """Training cells around a cell of a map ``(row, column)``: a frame around guard cells.
@@ -282,6 +288,88 @@ def crosses_again(
     bias = _floor_biases(count[row, column], np.full(row.size, num_looks), quantile)
     is_low = statistic / bias < LEAST_RISE * found.floor
     return np.asarray(is_low | (found.power > factor[row, column] * statistic))
+
+
+def crosses_its_row(
+    power: FloatArray,
+    found: Crossings,
+    *,
+    false_alarm_probability: float,
+    quantile: float,
+    num_looks: FloatArray,
+    side_lobe: FloatArray,
+) -> BoolArray:
+    r"""True for the crossings that stand out of all columns of their row, ``(detection,)``.
+
+    A row of range rates may be a ridge, such as the signal of another radar at one range rate and
+    all ranges. Side lobes of its points are subtracted from the row, and powers are divided by the
+    floor of their column, which follows from the median of its rows. Of every other cell, N in all,
+    s is the k-th smallest, k = ``quantile`` × N, rounded. The row is a ridge if s is `LEAST_RISE`
+    times what noise of the given looks has or more, unless it falls with range as echoes do
+    (`_is_falling`). A ridge is one signal and so one look: a crossing on it must exceed α s, with
+
+    .. math:: P_{fa} = \prod_{i=0}^{k-1} \frac{N-i}{N-i+\alpha}
+
+    The cell itself may be one of the N. If it exceeds the k-th smallest of the N − 1 others, that
+    is the k-th smallest of all too, so that it crosses a little less often than stated.
+
+    Targets of one range rate make no ridge while they fill less than 1 − ``quantile`` of the
+    ranges. Cells of rows that are no ridges cross as often as before.
+
+    Parameters
+    ----------
+    power, false_alarm_probability : as of `ordered_statistic`
+    found : its crossings
+    quantile : rank of the cell that gives the level of a row, as a share of their number
+    num_looks : independent exponential variables in each cell beside ridges, ``(column,)``
+    side_lobe : highest side lobe over the peak of a point, by its distance in columns ``(column,)``
+
+    Examples
+    --------
+    >>> power = np.random.default_rng(1).exponential(size=(64, 64))
+    >>> power[9] *= 100.0
+    >>> power[5, 40] = power[9, 20] = 1e4
+    >>> wanted = {"false_alarm_probability": 1e-4}
+    >>> found = ordered_statistic(power, window=CfarWindow(), **wanted)
+    >>> is_kept = crosses_its_row(
+    ...     power, found, quantile=0.3, num_looks=np.ones(64), side_lobe=np.zeros(64), **wanted)
+    >>> found.row.size > 20, found.row[is_kept], found.column[is_kept]
+    (True, array([5, 9]), array([40, 20]))
+    """
+    from scipy.linalg import toeplitz
+    from scipy.special import gammaincinv
+
+    middle = len(power) // 2
+    floor = np.partition(power, middle, axis=0)[middle] * num_looks / gammaincinv(num_looks, 0.5)
+    floor = np.where(np.isfinite(floor) & (floor > 0.0), floor, 1.0)
+    rows, place = np.unique(found.row, return_inverse=True)
+    lobes = np.nan_to_num(power[rows]) @ toeplitz(side_lobe)
+    cells = (np.maximum(power[rows] - lobes, 0.0) / floor)[:, ::2]
+    num_cells = cells.shape[1]
+    rank = max(1, round(quantile * num_cells))
+    level = np.partition(cells, rank - 1, axis=1)[:, rank - 1]
+    of_noise = _mean_order_statistic(
+        num_cells, quantile=quantile, num_looks=float(np.median(num_looks))
+    )
+    is_ridge = (level >= LEAST_RISE * of_noise) & ~_is_falling(cells, quantile)
+    factor = ordered_statistic_factor(
+        num_cells, rank, false_alarm_probability=false_alarm_probability
+    )
+    threshold = factor * level[place] * floor[found.column]
+    return np.asarray(~is_ridge[place] | (found.power > threshold))
+
+
+def _is_falling(cells: FloatArray, quantile: float) -> BoolArray:
+    """True for each row ``(row,)`` whose quantiles over the quarters of its columns fall each time.
+
+    They fall by `LEAST_FALL` in all. Rows of echoes, as of the ground or of a wall, do so: with the
+    inverse cube of the range, the quarters' quantiles are some 25 dB apart.
+    """
+    levels = np.array(
+        [np.quantile(part, quantile, axis=1) for part in np.array_split(cells, 4, axis=1)]
+    )
+    is_less = np.all(np.diff(levels, axis=0) < 0.0, axis=0)
+    return np.asarray(is_less & (levels[0] >= LEAST_FALL * levels[-1]))
 
 
 def _training_statistic(

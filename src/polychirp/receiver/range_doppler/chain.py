@@ -20,6 +20,7 @@ from polychirp.receiver.detection.cfar import (
     CfarWindow,
     Crossings,
     crosses_again,
+    crosses_its_row,
     ordered_statistic,
 )
 from polychirp.receiver.detection.looks import independent_looks
@@ -27,7 +28,7 @@ from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.combination import detect_by_subframes
 from polychirp.receiver.range_doppler.fold_ambiguity import EQUAL_POWER, folds_are_told_apart
 from polychirp.receiver.range_doppler.peaks import interpolated_peaks, is_local_maximum
-from polychirp.receiver.range_doppler.side_lobes import GapLobes, stands_out
+from polychirp.receiver.range_doppler.side_lobes import GapLobes, lobes_over_range, stands_out
 from polychirp.receiver.range_doppler.subframes import (
     has_subframes,
     ramps_of,
@@ -73,6 +74,16 @@ cells wide to either side, so that a point at the limit has its peak and a neigh
 FEWEST_RATES: Final = 64
 """Number of range rates of a map below which ridges over them are not looked for. Chosen: a window
 of the same range then has 28 training cells; with few, a target beside the cell is among them."""
+
+FEWEST_RANGES: Final = 64
+"""Number of ranges of a map below which ridges over them are not looked for. Chosen: 32 of them are
+compared; with few, the points of a single body fill most of them."""
+
+RIDGE_QUANTILE: Final = 0.3
+"""Rank of the range, as a share of their number, that gives the level of a range rate. Chosen:
+targets at one range rate make no ridge while they fill less than 70 % of the ranges. At 0.6, they
+do where they fill 40 %, as thirty posts of a guard rail; at 0.15, the level of a ridge is one of
+few cells, and more ridges are not seen as such."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,18 +232,20 @@ class RangeDoppler(DetectorSettings):
     ) -> Detections:
         """Detections, as of `detect`, from the `spectra` of the frame."""
         map_ = spectra.mean_power
-        found = self._crossings(map_.power, spectra, frame.schedule)
+        blocks = code_blocks(frame.schedule)
+        gaps = self._gap_lobes(frame, blocks, weight)
+        lobes = lobes_over_range(map_.range.size, num_samples=frame.times.most_samples, gaps=gaps)
+        found = self._crossings(map_.power, spectra, frame.schedule, side_lobe=lobes)
         is_peak = is_local_maximum(map_.power, row=found.row, column=found.column)
         # the last cell has no neighbour that tells whether the peak is in it
         found = found.chosen(is_peak & (found.column < map_.range.size - 1))
         places = interpolated_peaks(map_, row=found.row, column=found.column)
-        blocks = code_blocks(frame.schedule)
         is_point = stands_out(
             found,
             map_,
             places,
             num_samples=frame.times.most_samples,
-            gaps=self._gap_lobes(frame, blocks, weight),
+            gaps=gaps,
         )
         found = found.chosen(is_point)
         rate, beat_range, power = (place[is_point] for place in places)
@@ -287,16 +300,22 @@ class RangeDoppler(DetectorSettings):
         return GapLobes.of(weight, blocks.ramps[:, :, 0], is_falling=is_falling)
 
     def _crossings(
-        self, power: FloatArray, spectra: RangeRateSpectra, schedule: RampSchedule
+        self,
+        power: FloatArray,
+        spectra: RangeRateSpectra,
+        schedule: RampSchedule,
+        *,
+        side_lobe: FloatArray,
     ) -> Crossings:
-        """Cells above the threshold, and on a ridge over range rates above that of the ridge."""
+        """Cells above the threshold, and on a ridge over either axis above that of the ridge."""
         window = self.training(schedule)
+        looks = independent_looks(spectra.amplitude)
         found = ordered_statistic(
             power,
             window=window.fitted(power.shape),
             false_alarm_probability=self.false_alarm_probability,
             quantile=self.quantile,
-            num_looks=independent_looks(spectra.amplitude),
+            num_looks=looks,
         )
         if self.window is not None or window is not AROUND or len(power) < FEWEST_RATES:
             return found
@@ -307,6 +326,17 @@ class RangeDoppler(DetectorSettings):
             false_alarm_probability=self.false_alarm_probability,
             quantile=self.quantile,
             num_looks=1.0,  # a ridge is one signal, of one direction
+        )
+        found = found.chosen(is_kept)
+        if power.shape[1] < FEWEST_RANGES or found.row.size == 0:
+            return found
+        is_kept = crosses_its_row(
+            power,
+            found,
+            false_alarm_probability=self.false_alarm_probability,
+            quantile=RIDGE_QUANTILE,
+            num_looks=looks,
+            side_lobe=side_lobe,
         )
         return found.chosen(is_kept)
 

@@ -70,13 +70,21 @@ class _Lobes(NamedTuple):
 @lru_cache(maxsize=32)
 def _lobes(size: int) -> _Lobes:
     """The lobes of the taper of a transform of ``size``."""
-    spectrum = np.abs(fft(taper(size), PLACES_PER_CELL * size)) ** 2
-    half = spectrum[: PLACES_PER_CELL * size // 2 + 1]
+    half = _half_spectrum(taper(size))
     first_zero = int(np.argmax(np.diff(half) > 0.0))  # 0 if the main lobe fills the span
-    return _Lobes(
-        level=np.maximum.accumulate(half[::-1])[::-1] / half[0],
-        main=(first_zero or len(half)) / PLACES_PER_CELL,
-    )
+    return _Lobes(level=_envelope(half), main=(first_zero or len(half)) / PLACES_PER_CELL)
+
+
+def _half_spectrum(window: FloatArray) -> FloatArray:
+    """Power spectra of windows ``(…, sample)`` at the places from the peak to half of the span."""
+    size = window.shape[-1]
+    spectrum = np.abs(fft(window, PLACES_PER_CELL * size)) ** 2
+    return np.asarray(spectrum[..., : PLACES_PER_CELL * size // 2 + 1])
+
+
+def _envelope(half: FloatArray) -> FloatArray:
+    """Highest level of a half spectrum at each place or further from the peak, over the peak."""
+    return np.asarray(np.maximum.accumulate(half[::-1])[::-1] / half[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -134,6 +142,26 @@ class GapLobes:
             peak = float(np.sum(self.window.sum(axis=(1, 2)) ** 2))
             self._patterns[up, right] = power / max(peak, 1e-300)
         return self._patterns[up, right]
+
+
+def lobes_over_range(
+    num_ranges: int, *, num_samples: int, gaps: GapLobes | None = None
+) -> FloatArray:
+    """Highest side lobe over its peak at 0, 1, … ranges beside it, at the same range rate.
+
+    It is zero in the main lobe. Gaps at the same place of all ramps raise it; those that move from
+    ramp to ramp are spread over the range rates.
+
+    >>> (10.0 * np.log10(lobes_over_range(9, num_samples=128)[3:])).round(1)
+    array([-54.5, -57.8, -60.3, -62.4, -64.4, -66.3])
+    """
+    lobes = _lobes(num_samples)
+    if gaps is not None:
+        half = _half_spectrum(gaps.window.sum(axis=1)).mean(axis=0)
+        lobes = lobes._replace(level=_envelope(half) if half[0] > 0.0 else lobes.level)
+    cells = np.arange(num_ranges)
+    away = np.minimum(cells, num_samples - cells).astype(np.float64)  # transforms are circular
+    return np.where(away > lobes.main, LOBE_MARGIN * lobes.at(away), 0.0)
 
 
 def stands_out(
