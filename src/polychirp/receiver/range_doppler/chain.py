@@ -82,8 +82,8 @@ compared; with few, the points of a single body fill most of them."""
 RIDGE_QUANTILE: Final = 0.3
 """Rank of the range, as a share of their number, that gives the level of a range rate. Chosen:
 targets at one range rate make no ridge while they fill less than 70 % of the ranges. At 0.6, they
-do where they fill 40 %, as thirty posts of a guard rail; at 0.15, the level of a ridge is one of
-few cells, and more ridges are not seen as such."""
+do where they fill 40 %, as thirty posts of a guard rail; at 0.15, exponential powers of a ridge
+have half the level, and a ridge counts as one only where it is twice as strong."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
