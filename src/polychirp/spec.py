@@ -24,7 +24,7 @@ class ByKind:
     ----------
     default : kind of a table that names none; by default there is no such kind
     group : group of entry points by which other packages add members; None: they cannot
-    method : method that such a member must have
+    method : method that such a member must have, and a class of your own in its place in Python
     base : class from which such a member must inherit
     """
 

@@ -151,7 +151,7 @@ class QuadraticError(Spec):
         return abs(self.peak) + 1.0 / duration
 
 
-AnyRampError = Annotated[SinusoidalError | QuadraticError, ByKind()]
+AnyRampError = Annotated[SinusoidalError | QuadraticError, ByKind(method="phase")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

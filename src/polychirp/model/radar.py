@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from polychirp.errors import InputError
+from polychirp.field_types import need_field_types
 from polychirp.frames import Pose
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.front_end import FrontEnd
@@ -93,6 +94,7 @@ class Radar(Spec):
 
     def __post_init__(self) -> None:
         need_numbers(self, f"radar '{self.name}'")
+        need_field_types(self)
         if not (self.transmit_power >= 0 and self.transmit_gain > 0 and self.receive_gain > 0):
             raise InputError(
                 f"radar '{self.name}' needs a transmit power of 0 W or more and positive gains"

@@ -14,6 +14,7 @@ from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.channel.tracers.sionna import SionnaRt
 from polychirp.errors import InputError, no_such
+from polychirp.field_types import need_field_types
 from polychirp.model.antenna import ArrayErrors
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
@@ -34,7 +35,7 @@ MOST_SNAPSHOTS: Final = 20_000
 """Greatest number of times at which a scene is traced for one trial; chosen: they are
 20 s of simulated time at the default refresh interval of 1 ms."""
 
-AnyTracer = Annotated[Composite | FreeSpace | PointVehicles | SionnaRt, ByKind()]
+AnyTracer = Annotated[Composite | FreeSpace | PointVehicles | SionnaRt, ByKind(method="trace")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,6 +155,7 @@ class Study(Spec):
 
     def __post_init__(self) -> None:
         refuse_no_tracer(self.tracer)
+        need_field_types(self)
 
 
 def tracer_of(study: Study, schedules: Sequence[RampSchedule]) -> AnyTracer:

@@ -191,7 +191,7 @@ class Kerb(Spec):
 
 
 Furniture = GuardRail | TrafficSign | Bollard | Kerb | ManholeCover
-AnyFurniture = Annotated[Furniture, ByKind()]
+AnyFurniture = Annotated[Furniture, ByKind(method="actor")]
 """A piece of street furniture, of the ``kind`` that a study file names."""
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
+from polychirp.field_types import need_field_types
 from polychirp.rng import Streams
 from polychirp.spec import Spec
 from polychirp.traffic.placing import (
@@ -160,6 +161,7 @@ class RandomTraffic(Spec):
     coarseness: Coarseness = 1.0
 
     def __post_init__(self) -> None:
+        need_field_types(self)
         if self.num_targets < 0 or self.num_carriers < 0:
             raise InputError("num_targets and num_carriers of random traffic must be 0 or more")
         if not self.reach > MIN_DISTANCE:

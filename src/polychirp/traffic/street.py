@@ -11,6 +11,7 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
+from polychirp.field_types import need_field_types
 from polychirp.frames import Pose
 from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
@@ -127,6 +128,7 @@ class Vehicle(Spec):
     fittings: Fittings | None = None
 
     def __post_init__(self) -> None:
+        need_field_types(self)
         if self.fittings is not None and self.mesh is not None:
             raise InputError(
                 f"vehicle '{self.name}' has fittings and a mesh from a file; fittings are made for "
@@ -429,6 +431,12 @@ class Point(Spec):
     fluctuation: Fluctuation = "steady"
 
     def __post_init__(self) -> None:
+        need_field_types(self)
+        if not np.isfinite([self.x, self.y, self.z, self.rcs, *self.velocity]).all():
+            raise InputError(
+                f"point '{self.name}' has a place, a velocity or a radar cross section that is not "
+                "finite; give finite numbers, or leave the point out"
+            )
         if self.rcs < 0:
             raise InputError(f"point '{self.name}' cannot have a negative radar cross section")
 
@@ -494,6 +502,7 @@ class Street(Spec):
     furniture: tuple[AnyFurniture, ...] = ()
 
     def __post_init__(self) -> None:
+        need_field_types(self)
         bodies: tuple[Vehicle | Building | Tree | Point | RoadUser | Furniture, ...] = (
             *self.vehicles,
             *self.buildings,

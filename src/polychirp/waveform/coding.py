@@ -109,7 +109,7 @@ class PhaseCoded(Spec):
         return np.asarray(1.0 - 2.0 * (np.bitwise_count(common) % 2), dtype=np.complex128)
 
 
-AnyCoding = Annotated[TimeDivision | DopplerDivision | PhaseCoded, ByKind()]
+AnyCoding = Annotated[TimeDivision | DopplerDivision | PhaseCoded, ByKind(method="weights")]
 
 
 def coded(schedule: RampSchedule, coding: Coding, *, num_elements: int) -> RampSchedule:

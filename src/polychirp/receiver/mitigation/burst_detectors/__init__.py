@@ -19,4 +19,4 @@ from polychirp.receiver.mitigation.burst_detectors.median_threshold import (
 from polychirp.receiver.mitigation.burst_detectors.time_frequency import StftCfar as StftCfar
 from polychirp.spec import ByKind
 
-AnyBurstDetector = Annotated[MedianThreshold | AmplitudeSteps | StftCfar, ByKind()]
+AnyBurstDetector = Annotated[MedianThreshold | AmplitudeSteps | StftCfar, ByKind(method="hit")]
