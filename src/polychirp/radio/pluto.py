@@ -53,6 +53,7 @@ class PlutoRadio:
     ) -> None:
         adi = module if module is not None else _module()
         self._address = address
+        self._played_rate: float | None = None
         try:
             self._device = adi.Pluto(address)
         except Exception as error:
@@ -78,15 +79,28 @@ class PlutoRadio:
         """See `Radio.play`; the radio itself repeats its buffer."""
         self.stop()
         device = self._device
-        device.sample_rate = round(signal.sample_rate)
+        self._set_rate(signal.sample_rate)
         device.tx_lo = round(signal.centre_frequency)
         device.tx_rf_bandwidth = round(signal.sample_rate)
         device.tx_cyclic_buffer = True
         device.tx(signal.samples.astype(np.complex64) * np.float32(SENT_SCALE))
+        self._played_rate = signal.sample_rate
 
     def record(self, *, num_samples: int, sample_rate: float, centre_frequency: float) -> Baseband:
-        """See `Radio.record`."""
+        """See `Radio.record`.
+
+        A Pluto has one sample rate for both directions. `CapabilityError` is raised if it plays at
+        another rate than the recording's, or works at another rate than the requested one.
+        """
         device = self._device
+        if self._played_rate is None:
+            self._set_rate(sample_rate)
+        elif round(self._played_rate) != round(sample_rate):
+            raise CapabilityError(
+                f"a Pluto that plays at {self._played_rate / 1e6:g} MS/s cannot record at "
+                f"{sample_rate / 1e6:g} MS/s, because it has one rate for both; record at the rate "
+                "of the signal, or stop it first"
+            )
         device.rx_lo = round(centre_frequency)
         device.rx_rf_bandwidth = round(sample_rate)
         device.rx_destroy_buffer()
@@ -102,6 +116,16 @@ class PlutoRadio:
     def stop(self) -> None:
         """See `Radio.stop`."""
         self._device.tx_destroy_buffer()
+        self._played_rate = None
+
+    def _set_rate(self, rate: float) -> None:
+        self._device.sample_rate = round(rate)
+        actual = float(self._device.sample_rate)
+        if abs(actual - round(rate)) > 1e-6 * rate:
+            raise CapabilityError(
+                f"the radio works at {actual / 1e6:g} MS/s, not at the requested {rate / 1e6:g} "
+                "MS/s; choose a rate that it supports"
+            )
 
 
 def _module() -> Any:

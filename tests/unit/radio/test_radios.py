@@ -231,6 +231,31 @@ def test_what_a_radio_cannot_do_is_refused_before_it_plays(sent, error, sentence
     assert "tx" not in device.calls
 
 
+def test_a_pluto_records_at_the_rate_that_is_asked_for():
+    """It has one rate for both directions: a signal that it plays keeps its own."""
+    adi, device = fake_adi()
+    radio = PlutoRadio(module=adi)
+    radio.play(signal(rate=5e6))
+    assert device.sample_rate == 5e6
+    wanted = {"num_samples": 100, "centre_frequency": CARRIER}
+    with pytest.raises(CapabilityError, match=r"plays at 5 MS/s cannot record at 10 MS/s"):
+        radio.record(sample_rate=10e6, **wanted)
+    assert radio.record(sample_rate=5e6, **wanted).sample_rate == 5e6
+    radio.stop()
+    assert radio.record(sample_rate=10e6, **wanted).sample_rate == device.sample_rate == 10e6
+
+
+def test_a_pluto_that_cannot_have_a_rate_says_so():
+    """Below 521 kS/s its converters have no rate; the driver may then keep another one."""
+
+    class StubbornPluto(FakePluto):
+        sample_rate = property(lambda _: 2.5e6, lambda _self, _rate: None)
+
+    radio = PlutoRadio(module=SimpleNamespace(Pluto=lambda address: StubbornPluto()))
+    with pytest.raises(CapabilityError, match=r"works at 2\.5 MS/s, not at the requested 0\.1 MS"):
+        radio.record(num_samples=10, sample_rate=1e5, centre_frequency=CARRIER)
+
+
 @pytest.mark.filterwarnings("ignore::polychirp.errors.ModelWarning")
 def test_a_radio_is_silent_after_a_failure():
     soapy, device = fake_soapy(overflows=True)
