@@ -159,7 +159,7 @@ def _data(rows: Sequence[StatisticsRow]) -> dict[str, list[Any]]:
         "waveform": [row.waveform for row in rows],
         "situation": [row.situation for row in rows],
         "targets": [row.num_targets for row in rows],
-        "trials": [row.num_trials for row in rows],
+        "num_trials": [row.num_trials for row in rows],
     }
     for field in (*_PANELS, "unexplained"):
         for n, what in enumerate(("", " low", " high")):

@@ -322,8 +322,8 @@ def _table(
     data: dict[str, list[Any]] = {
         name: [row.labels[n] for row in rows] for n, (name, _) in enumerate(results.axes)
     }
-    data["radar"] = [row.victim for row in rows]
-    data["trials"] = [row.num_trials for row in rows]
+    data["victim"] = [row.victim for row in rows]
+    data["num_trials"] = [row.num_trials for row in rows]
     ends: dict[str, Callable[[Estimate], float]] = {
         "": lambda one: one.value,
         "_low": lambda one: one.low,

@@ -189,7 +189,7 @@ def columns(cells: Sequence[Cell]) -> dict[str, list[str | int | float]]:
         "scenario": [cell.scenario for cell in cells],
         "condition": [", ".join(str(label) for label in cell.condition) for cell in cells],
         "scheme": [cell.scheme for cell in cells],
-        "trials": [cell.num_trials for cell in cells],
+        "num_trials": [cell.num_trials for cell in cells],
     }
     estimates = ("detection", "ghosts", "unexplained", "errors", "behind", "lost", "longest_loss")
     for name in estimates:
