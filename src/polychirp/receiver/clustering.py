@@ -22,7 +22,8 @@ class Body(Spec):
     Parameters
     ----------
     gap : m, greatest distance between neighbouring detections: in space, or on the road's plane if
-        the radar measures no elevations
+        the radar measures no elevations. All detections of the body are within ``extent`` of each
+        other, so that a greater gap groups as one of ``extent`` does
     range_rate : m/s, greatest difference between neighbours: in different directions one motion
         has different range rates, and wheels and limbs move differently
     extent : m, greatest distance between any two detections of the body; a long car by default

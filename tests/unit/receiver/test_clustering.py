@@ -162,3 +162,17 @@ def test_a_study_file_asks_for_grouping():
     assert build(CoherentReceiver, {"grouping": {}}).grouping == Body()
     assert build(CoherentReceiver, {"grouping": {"gap": "150 cm"}}).grouping == Body(gap=1.5)
     assert build(CoherentReceiver, {}).grouping is None
+
+
+def test_a_gap_above_the_extent_groups_as_one_of_the_extent():
+    """Two points of one body are within its extent, and so within any greater gap."""
+    differs = []
+    for draw in range(20):
+        random = np.random.default_rng(draw)
+        found = detections(
+            random.uniform(0.0, 12.0, (25, 2)), random.uniform(0.0, 2.0, 25), random.random(25)
+        )
+        groups = [objects(found, Body(gap=gap, extent=3.0)) for gap in (2.0, 3.0, 3.5, 100.0)]
+        assert all(np.array_equal(one, groups[1]) for one in groups[2:])
+        differs.append(not np.array_equal(groups[0], groups[1]))
+    assert np.mean(differs) > 0.5
