@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import zarr
 
 from polychirp.capture.parameter_file import TEMPLATE, read_parameters
 from polychirp.capture.recording import open_numpy
@@ -387,3 +388,23 @@ def test_results_that_cannot_be_written_are_one_sentence(raw: Path, capsys, monk
     said = capsys.readouterr().err
     assert f"'{out}/range_rate_0000.png': No space left on device" in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("part", ["", "run.zarr", "run.zarr/victim-1"])
+def test_a_stored_run_names_its_samples(part: str, tmp_path: Path, capsys):
+    """The group has two radars with an array of samples each, and is no recording itself."""
+    root = zarr.create_group(store=tmp_path / "run.zarr", zarr_format=3)
+    for number in range(2):
+        group = root.create_group(f"victim-{number}")
+        group.create_array("samples", data=np.ones((4, 2, 8), dtype=np.complex64))
+    assert main(["process", str(tmp_path / part)]) == 2
+    message = capsys.readouterr().err
+    assert "is a stored run or a part of one, and no recording" in message
+    assert f"'{tmp_path}/run.zarr/victim-1/samples', and a file of their parameters" in message
+
+
+def test_the_samples_of_a_stored_run_are_asked_for_their_parameters(tmp_path: Path, capsys):
+    samples = tmp_path / "run.zarr" / "victim-0" / "samples"
+    zarr.save_array(samples, np.ones((4, 2, 8), dtype=np.complex64))
+    assert main(["process", str(samples)]) == 2
+    assert "samples.toml" in capsys.readouterr().err

@@ -138,7 +138,15 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _refuse_no_recording(path: Path) -> None:
     """Refuse what is no recording of a form that is read, before its parameters are asked for."""
+    around = (path, path.parent, path / "run.zarr")
+    stored = next((samples for one in around if (samples := _samples_of(one))), [])
     is_array = any((path / name).is_file() for name in _ARRAY_FILES)
+    if stored and path not in stored:
+        named = " or ".join(f"'{one}'" for one in stored)
+        raise InputError(
+            f"'{path}' is a stored run or a part of one, and no recording; name the samples of a "
+            f"radar, {named}, and a file of their parameters with --params"
+        )
     if path.suffix not in _FORMS and not is_array:
         raise InputError(
             f"'{path}' is no recording; its name must end in "
@@ -146,6 +154,11 @@ def _refuse_no_recording(path: Path) -> None:
         )
     if not path.exists():
         raise InputError(f"there is no recording '{path}'; check its name and folder")
+
+
+def _samples_of(run: Path) -> list[Path]:
+    """Arrays of the samples of each victim in a stored run; none in any other folder."""
+    return sorted(run.glob("victim-*/samples"))
 
 
 def _parameters(path: Path, changes: Sequence[str], *, is_raw: bool) -> CaptureParameters:
