@@ -29,6 +29,7 @@ from polychirp.receiver.mitigation import (
     Wavelet,
 )
 from polychirp.receiver.mitigation.base import mitigated, refuse_unfit
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.signal_model.point_signal import (
     beat_phase,
     hann_weights,
@@ -287,6 +288,40 @@ def test_the_ramp_minimum_changes_clean_noise_as_it_says():
     ratio = np.mean(np.abs(cleaned.samples) ** 2) / np.mean(np.abs(one.samples) ** 2)
     cells = one.samples.shape[-1]
     assert ratio * 32 == pytest.approx(1.0, abs=4 / np.sqrt(cells))
+
+
+@pytest.mark.parametrize(("num_points", "spoiled"), [(1, 10), (5, 30)])
+def test_the_ramp_minimum_makes_detections_where_nothing_is(num_points, spoiled):
+    """Its documentation has the numbers of these 40 clean frames; without it there are none.
+
+    The tolerance is three standard deviations of a number of 40 frames, 9.5 at most.
+    """
+
+    def count_elsewhere(found, points):
+        near = [
+            any(abs(r - one.range) < 1.5 and abs(v - one.range_rate) < 3.0 for one in points)
+            for r, v in zip(found.range, found.range_rate, strict=True)
+        ]
+        return near.count(False)
+
+    counts = []
+    for draw in range(40):
+        random = np.random.default_rng(draw)
+        points = [
+            HandPoint(
+                range=random.uniform(10.0, 30.0),
+                range_rate=random.uniform(-12.0, 12.0),
+                azimuth=random.uniform(-0.6, 0.6),
+                power=10 ** random.uniform(-1.0, 2.0),
+            )
+            for _ in range(num_points)
+        ]
+        frame = chirps(points=points, seed=draw)
+        receivers = (RangeDoppler(), RangeDoppler(mitigation=RampMinimum()))
+        counts.append([count_elsewhere(one.detect(frame), points) for one in receivers])
+    without, with_minimum = np.array(counts).T
+    assert not without.any()
+    assert np.count_nonzero(with_minimum) == pytest.approx(spoiled, abs=3 * np.sqrt(40 / 4))
 
 
 @pytest.mark.parametrize("method", ON_EQUAL_RAMPS.values(), ids=ON_EQUAL_RAMPS)

@@ -30,7 +30,15 @@ class RampMinimum(Spec):
     frames too, by 10 log₁₀ M dB of power for one channel. SINR therefore looks better than it is,
     and echoes near the noise lose amplitude. Two echoes in one range cell with different range
     rates beat from ramp to ramp, and the least of the beat is taken. Every sample of every frame
-    changes. `Imat` is the better choice if amplitudes matter. It takes 8 log₂ N + 4 real
+    changes.
+
+    It makes detections where nothing is, on clean frames too: the factors follow the noise and the
+    beats of echoes, so that they differ from ramp to ramp and modulate the echoes. Of 40 drawn
+    frames of five points in noise, 30 had such detections, 2.3 in a frame, and none without it; of
+    40 frames of a single point 10 had some (the test of the ramp minimum
+    ``makes_detections_where_nothing_is`` in ``tests/conformance/test_mitigations.py``).
+
+    `Imat` is the better choice if amplitudes matter. It takes 8 log₂ N + 4 real
     multiplications per sample and channel.
     """
 
