@@ -68,7 +68,10 @@ def seal(instance: Any) -> None:
     """
     lengths: dict[str, tuple[int, str]] = {}
     for name, axes in _array_fields(type(instance)):  # type: ignore[arg-type]
-        array: NDArray[Any] = np.asarray(getattr(instance, name), dtype=axes.dtype).view()
+        given = np.asarray(getattr(instance, name))
+        if given.dtype != axes.dtype:
+            _refuse_loss(given, axes.dtype, f"{type(instance).__name__}.{name}")
+        array: NDArray[Any] = np.asarray(given, dtype=axes.dtype).view()
         if array.ndim != len(axes.names):
             raise InputError(
                 f"{type(instance).__name__}.{name} has {array.ndim} axes; it needs "
@@ -85,6 +88,25 @@ def seal(instance: Any) -> None:
                 )
         array.flags.writeable = False
         object.__setattr__(instance, name, array)
+
+
+def _refuse_loss(given: NDArray[Any], dtype: type, place: str) -> None:
+    """Refuse an array whose elements are not those of ``dtype``: text, halves, imaginary parts."""
+    if given.size == 0:
+        return
+    if given.dtype.kind not in "biufcO" and np.issubdtype(dtype, np.number):
+        raise InputError(f"{place} holds {given.dtype} instead of numbers; give numbers")
+    if given.dtype.kind == "c" and not np.issubdtype(dtype, np.complexfloating):
+        if np.any(given.imag != 0):
+            raise InputError(
+                f"{place} has complex numbers; it needs real ones, such as their real parts"
+            )
+    elif given.dtype.kind == "f" and np.issubdtype(dtype, np.integer):
+        is_whole = np.isfinite(given) & (given == np.round(given))
+        if not is_whole.all():
+            raise InputError(
+                f"{place} has the entry {given[~is_whole][0]:g}; it needs whole numbers"
+            )
 
 
 class Sealed:

@@ -153,8 +153,9 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
         "departure_rate": departure_rate,
         "arrival_rate": arrival_rate,
     }
-    actor = np.zeros((num_paths, num_bounces), dtype=np.int64)
-    kind = np.zeros((num_paths, num_bounces), dtype=np.int64)
+    # columns keep their types until `PropagationPaths` refuses those that it would truncate
+    actor: list[Any] = []
+    kind: list[Any] = []
     point = np.zeros((num_paths, num_bounces, 3))
     for number, (what, whose, where) in enumerate(bounces):
         if np.shape(whose) != (num_paths,) or np.shape(where) != (num_paths, 3):
@@ -163,7 +164,9 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
                 f"shape {np.shape(where)}; {num_paths} paths need ({num_paths},) and "
                 f"({num_paths}, 3)"
             )
-        kind[:, number], actor[:, number], point[:, number] = what, whose, where
+        kind.append(np.full(num_paths, what))
+        actor.append(np.asarray(whose))
+        point[:, number] = where
     return PropagationPaths(
         reference_time=scene.time,
         frequency=frequency,
@@ -175,11 +178,16 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
         departure=departure,
         arrival=arrival,
         bounce_start=np.arange(num_paths + 1) * num_bounces,
-        bounce_actor=actor.reshape(-1),
-        bounce_kind=kind.reshape(-1),
+        bounce_actor=_in_order(actor),
+        bounce_kind=_in_order(kind),
         bounce_point=point.reshape(-1, 3),
         **{name: values for name, values in changes.items() if values is not None},
     )
+
+
+def _in_order(columns: Sequence[Any]) -> Any:
+    """Values ``(bounce,)`` path by path, from one column ``(path,)`` for each bounce of a path."""
+    return np.stack(columns, axis=1).reshape(-1) if columns else np.zeros(0, dtype=np.int64)
 
 
 def no_paths(scene: Scene, frequency: float) -> PropagationPaths:

@@ -130,6 +130,13 @@ class PropagationPaths:
                     f"PropagationPaths.{name} of path {path} is not finite; leave out paths that "
                     "do not exist"
                 )
+        is_known = np.isin(self.bounce_kind, [*Bounce])
+        if not is_known.all():
+            known = ", ".join(f"{one.value} ({one.name.lower()})" for one in Bounce)
+            raise InputError(
+                f"PropagationPaths.bounce_kind of bounce {int(np.argmin(is_known))} is "
+                f"{self.bounce_kind[~is_known][0]}; a value of Bounce is one of {known}"
+            )
         if self.bounce_start.size != self.num_paths + 1:
             raise InputError(
                 "PropagationPaths.bounce_start needs one entry more than there are paths"

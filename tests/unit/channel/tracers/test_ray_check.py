@@ -1,5 +1,6 @@
 """Paths of a tracer without parts that cannot be are refused with the number of the path."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -122,6 +123,35 @@ def test_arrays_of_wrong_shapes_are_refused_with_the_right_ones():
     one_point = (Bounce.SCATTERING, np.array([1]), np.zeros(3))
     with pytest.raises(InputError, match=r"points of the shape \(3,\); 1 paths need"):
         path_table(**good, bounces=[one_point])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"pair": [[0, 0.5]]}, "receiver has the entry 0.5; it needs whole numbers"),
+        ({"pair": [[np.nan, 0]]}, "transmitter has the entry nan; it needs whole numbers"),
+        ({"delay": np.array([1e-7 + 1e-9j])}, "delay has complex numbers; it needs real ones"),
+        ({"delay": np.array(["100 ns"])}, "delay holds <U6 instead of numbers"),
+        ({"bounces": [(7, [0], [[1.0, 0, 0]])]}, "bounce_kind of bounce 0 is 7; a value of Bounce"),
+        ({"bounces": [(0, [0.5], [[1.0, 0, 0]])]}, "bounce_actor has the entry 0.5; it needs w"),
+        ({"bounces": [(0.5, [0], [[1.0, 0, 0]])]}, "bounce_kind has the entry 0.5; it needs who"),
+    ],
+)
+def test_numbers_that_a_table_would_truncate_are_refused(wrong, sentence):
+    good = {
+        "scene": SCENE,
+        "frequency": 79e9,
+        "pair": [[0, 0]],
+        "delay": np.array([1e-7]),
+        "delay_rate": np.zeros(1),
+        "transfer": np.zeros((1, 2, 2)),
+        "departure": np.array([[1.0, 0.0, 0.0]]),
+        "arrival": np.array([[1.0, 0.0, 0.0]]),
+    }
+    whole = {"pair": [[0.0, 0.0]], "bounces": [(0.0, [0.0], [[1.0, 0.0, 0.0]])]}
+    assert path_table(**{**good, **whole}).bounce_actor.tolist() == [0]
+    with pytest.raises(InputError, match=re.escape(f"PropagationPaths.{sentence}")):
+        path_table(**{**good, **wrong})
 
 
 class Least:
