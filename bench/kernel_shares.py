@@ -24,7 +24,7 @@ KINDS = {
         (tubes, "hits_of", "visible_hits"),
     ),
     "facets": (
-        (illumination, "lit_facets", "lit_with_patch", "incident_waves"),
+        (illumination, "lit_facets", "incident_waves"),
         (bent_views, "incident_waves"),
         (paths, "sum_in_cells", "estimated_amplitudes", "mark_needed_rows"),
     ),

@@ -18,7 +18,7 @@ from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.paths import Bounce
 from polychirp.model.scene import Actor, PointScatterer
-from polychirp.testing.shapes import around, mesh_of, sphere, transfer_at
+from polychirp.testing.shapes import around, box, mesh_of, sphere, transfer_at
 from polychirp.units import to_db
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
@@ -253,6 +253,47 @@ def test_a_mirror_shows_a_body_a_second_and_a_third_time(compare):
             source="λr/8πr₁r₂ with the image's distance",
         )
         assert np.all(mine.is_mirrored == (bounces > 1))
+
+
+def _mirrored_and_direct(radius, receiver, screens):
+    """Echo of a ball, by way of a metal wall, and from a radar at the place of its image."""
+    ball = Actor(
+        name="ball",
+        kind="object",
+        mesh=mesh_of(sphere(radius, 0.02)),
+        pose=Pose(x=4.0, y=7.0, yaw=0.3, pitch=0.2),
+    )
+    tracer = Composite(dynamic_range=1e14, max_bounces=1, diffraction=False)
+    found = []
+    for actors, x in (([ball, wall(), *screens], 6.0), ([ball, *screens], -6.0)):
+        paths = tracer.trace(around(actors, [(x, 0.0, 0.0), receiver]))
+        over = paths.select(_meeting(paths, Bounce.SCATTERING))
+        # one leg over the wall, the first, or none
+        first = over.bounce_kind[over.bounce_start[:-1]] == Bounce.REFLECTION
+        over = over.select((over.num_bounces == 1) if x < 0 else first & (over.num_bounces == 2))
+        found.append(transfer_at(over, 79e9, 0, 1)[0, 0])
+    return found
+
+
+@pytest.mark.parametrize("screened", [False, True])
+def test_a_mirror_shows_the_shadows_that_the_image_of_the_radar_casts(screened):
+    """A metal wall turns V over, and else is a radar behind it: drawn balls and receivers.
+
+    The edge of the ball's own shadow counts in echoes to another radar, and so does the edge of
+    the shadow of a screen, which hides the lower half of the ball from the wall. The same facets
+    are lit by the same spherical wave.
+    """
+    screen = Actor(
+        name="screen", kind="building", mesh=mesh_of(box((0.02, 1.0, 1.0), 0.5)),
+        pose=Pose(x=3.2, y=6.44, z=-0.5, yaw=0.6),
+    )  # fmt: skip
+    random = np.random.default_rng(3)
+    for _ in range(10):
+        receiver = (*random.uniform((7.0, 3.0), (14.0, 10.0)), random.uniform(-1.0, 1.0))
+        mirrored, direct = _mirrored_and_direct(
+            random.uniform(0.1, 0.4), receiver, [screen] if screened else []
+        )
+        assert abs(mirrored + direct) < 1e-4 * abs(direct)
 
 
 def before_a_wall(velocity=(0.0, 0.0, 0.0)):

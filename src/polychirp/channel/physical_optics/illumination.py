@@ -21,7 +21,6 @@ from polychirp.channel.physical_optics.kernels import (
     common_state,
     illumination_states,
     lit_facets,
-    lit_with_patch,
     refine_shadow_edge,
     sees_any_facet,
 )
@@ -137,33 +136,23 @@ def illumination_of(world: World, body: int, views: Sequence[View]) -> Illuminat
     if not seeing:
         return Illumination(world=world, body=body, views=(), lit=_no_lit_facets())
     table = view_table_of(seeing, world, body)
-    find = _lit_directly if seeing[0].plate is None else _lit_in_mirrors
-    is_lit = find(world.surfaces[body], table, blockers)
+    is_lit = _is_lit(world.surfaces[body], table, blockers)
     lit = lit_facets(levels.faces, table, is_lit)
     return Illumination(world=world, body=body, views=seeing, lit=lit)
 
 
-def _lit_directly(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
-    """Mask of the facets that direct views see, ``(view, face)``.
+def _is_lit(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
+    """Mask of the facets that views see, directly or in mirrors, ``(view, face)``.
 
     Shadow rays go to the middle facet of every patch. Where the states of a patch and of those
-    around it differ, the edge of a shadow is near: there a shadow ray goes to every facet.
+    around it differ, the edge of a shadow is near: there a shadow ray goes to every facet. Shadows
+    whose edges follow the patches made echoes in mirrors wrong by 6 dB, with facets of any size.
     """
     levels = facet_levels(surface)
     found = illumination_states(levels.patches, table, blockers)
     common = common_state(found, surface.patch_near)
     state = refine_shadow_edge(levels.faces, table, blockers, surface.patch, common)
     return np.asarray(state == ILLUMINATED)
-
-
-def _lit_in_mirrors(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
-    """Mask of the facets that mirrored views see, ``(view, face)``.
-
-    Shadow rays go only to the middle facet of every patch, so a shadow's edge follows the patches.
-    """
-    levels = facet_levels(surface)
-    is_lit = illumination_states(levels.patches, table, blockers) == ILLUMINATED
-    return lit_with_patch(levels.faces, table, surface.patch, is_lit)
 
 
 def view_table_of(views: Sequence[View], world: World, body: int) -> ViewTable:

@@ -274,20 +274,6 @@ def common_state(state: StateArray, near: IntArray) -> StateArray:
     return out
 
 
-@compiled
-def lit_with_patch(
-    faces: Faces, views: ViewTable, patch: IntArray, is_lit_patch: BoolArray
-) -> BoolArray:
-    """Mask of the facets that face a view and lie in a lit patch, ``(view, face)``."""
-    num_views, num_faces = views.image.shape[0], faces.area.size
-    out = np.zeros((num_views, num_faces), dtype=np.bool_)
-    for f in range(num_faces):
-        for view in range(num_views):
-            if is_lit_patch[view, patch[f]]:
-                out[view, f] = _is_facing(faces, f, row(views.image, view))
-    return out
-
-
 def lit_facets(faces: Faces, views: ViewTable, is_lit: BoolArray) -> LitFacets:
     """Illuminated facets, mask ``(view, face)``, without waves."""
     start = np.concatenate([[0], np.cumsum(np.count_nonzero(is_lit, axis=1))])
