@@ -9,7 +9,7 @@ from polychirp.model.mesh import Plate
 from polychirp.model.paths import Bounce
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
-from polychirp.testing.shapes import around, box, mesh_of, plate, sphere
+from polychirp.testing.shapes import around, box, mesh_of, plate, sphere, transfer_at
 
 TRACER = Composite(reflecting_planes=False, max_bounces=1, diffraction=False, diffuse=False)
 """Tracer without diffraction: straight paths only."""
@@ -134,3 +134,26 @@ def test_what_stands_in_either_part_of_a_mirrored_leg_hides_the_image(place):
 def _meets(paths, kind):
     owner = np.repeat(np.arange(paths.num_paths), paths.num_bounces)
     return np.isin(np.arange(paths.num_paths), owner[paths.bounce_kind == kind])
+
+
+@pytest.mark.parametrize("strip", [0.06, 0.1])
+def test_what_looks_out_from_behind_a_screen_echoes_as_if_it_were_alone(strip):
+    """A plate of 0.4 m, of which a strip at one side is lit, against that strip without the rest.
+
+    The screen is half a metre before the plate, and the radar 10 m: by the intercept theorem the
+    edge of its shadow is 10/9.5 times as far from the axis as its own edge.
+    """
+    whole = plate(0.4, 0.02)
+    alone = whole[np.mean(whole[..., 1], axis=1) > 0.2 - strip]
+    edge = (0.2 - strip) * 9.5 / 10
+    before = Actor(
+        name="screen", kind="tree", mesh=mesh_of(box((0.001, 1.0, 1.0), 0.5)),
+        pose=Pose(x=0.5, y=edge - 0.5, z=0.5),
+    )  # fmt: skip
+    found = []
+    for corners, others in ((whole, [before]), (alone, [])):
+        target = Actor(name="target", kind="object", pose=Pose(z=0.5), mesh=mesh_of(corners))
+        scene = around([target, *others], [(10.0, 0.0, 0.5)])
+        found.append(transfer_at(TRACER.trace(scene), 79e9)[0, 0])
+    assert abs(found[1]) > 0
+    assert found[0] == pytest.approx(found[1], rel=1e-3)

@@ -31,15 +31,14 @@ from polychirp.channel.scene.world import POLARISATION_AXES, Surface, World
 
 
 class FacetLevels(NamedTuple):
-    """Facets of a surface at three levels, each a subset of the one before.
+    """Facets of a surface at two levels.
 
-    ``faces`` are all facets; ``patches`` are the middle facets of its patches (groups of facets);
-    ``panels`` are the middle facets of its panels (groups of patches). ``flats`` are flat parts.
+    ``faces`` are all facets; ``patches`` are the middle facets of its patches (groups of facets).
+    ``flats`` are flat parts.
     """
 
     faces: Faces
     patches: Faces
-    panels: Faces
     flats: Flats
 
 
@@ -52,8 +51,7 @@ def facet_levels(surface: Surface) -> FacetLevels:
     horizon = horizons(surface.trees["opaque"], above, patches.normal)
     patches = patches._replace(horizon=horizon)
     flats = flats_of(surface.centroid, surface.normal, surface.corner, surface.medium)
-    panels = patches.select(surface.patch[surface.panel_face])
-    return FacetLevels(faces, patches, panels, flats)
+    return FacetLevels(faces, patches, flats)
 
 
 def faces_of(surface: Surface) -> Faces:
@@ -125,13 +123,13 @@ def media_of(world: World, materials: tuple[str, ...]) -> ReflectionTable:
 def illumination_of(world: World, body: int, views: Sequence[View]) -> Illumination:
     """Facets of a body that ``views`` see, without waves. The views are all direct or all mirrored.
 
-    A view from which no panel's middle facet is visible is left out, as if it saw no facet.
+    A view from which no patch's middle facet is visible is left out, as if it saw no facet.
     """
     blockers = in_frame_of(world, world.rotation[body], world.position[body])
     levels = facet_levels(world.surfaces[body])
     seeing: tuple[View, ...] = ()
     if views:
-        is_seeing = sees_any_facet(levels.panels, view_table_of(views, world, body), blockers)
+        is_seeing = sees_any_facet(levels.patches, view_table_of(views, world, body), blockers)
         seeing = tuple(view for view, sees in zip(views, is_seeing, strict=True) if sees)
     if not seeing:
         return Illumination(world=world, body=body, views=(), lit=_no_lit_facets())

@@ -29,8 +29,8 @@ PATCH_SIZE: Final = 0.08
 and transmission losses. Chosen."""
 
 PANEL_SIZE: Final = 0.24
-"""Side of the cubes that divide patches into panels, m. A view examines the patches of a body only
-if it sees at least one panel. Chosen."""
+"""Side of the cubes that divide patches into panels, m, which tell whether waves over a vehicle's
+edges reach a body. Chosen."""
 
 NUM_NEAR_PATCHES: Final = 9
 """Number of patches, the patch itself and its nearest ones, whose shadow rays must agree before its
