@@ -32,8 +32,8 @@ GROWTH_DEVIATION = 5.0
 """Standard deviation γ₀ of growths that is known beforehand, 1/s; chosen: a radar that comes nearer
 with 14 m/s, from whose ghost at 3 m growth differs by v/R from that of an echo."""
 
-GREATEST_GROWTH = 5.0 * GROWTH_DEVIATION
-"""Greatest growth that is believed, 1/s; chosen: a body at 1 m that comes nearer with 12 m/s. What
+GREATEST_GROWTH = 10.0 * GROWTH_DEVIATION
+"""Greatest growth that is believed, 1/s; chosen: a body at 1 m that comes nearer with 25 m/s. What
 grows faster is a point that another one, not found yet, is added to."""
 
 LEAST_GAIN_OF_GROWTH = 5.0
