@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from polychirp.errors import CapabilityError, InputError, no_such
-from polychirp.exchange.whole_file import write_whole
+from polychirp.exchange.whole_file import remove_other_victims, write_whole
 from polychirp.study.store.load import StoredRun
 
 
@@ -67,6 +67,7 @@ def writer_of(name: str) -> Callable[[StoredRun, Path], list[Path]]:
     """The function that writes a format into a folder and returns the paths of what it wrote.
 
     It raises `RunError` if the folder cannot be written, and then leaves what was there before.
+    Files of the same format that an earlier run with more victims left there are removed.
 
     Raises
     ------
@@ -95,7 +96,9 @@ def writer_of(name: str) -> Callable[[StoredRun, Path], list[Path]]:
 
     @wraps(writer)
     def write(run: StoredRun, folder: Path) -> list[Path]:
-        return write_whole(partial(writer, run), folder)
+        written = write_whole(partial(writer, run), folder)
+        remove_other_victims(written, folder, num_victims=len(run.victims))
+        return written
 
     return write
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,8 @@ def write_netcdf(run: StoredRun, folder: Path) -> list[Path]:
     """Write ``run.nc`` and return its path.
 
     Groups have the names of a stored run, as in ``/victim-0/detections``. NetCDF has no complex
-    numbers: ``samples_real`` and ``samples_imag`` are two arrays.
+    numbers: ``samples_real`` and ``samples_imag`` are two arrays. Attributes are numbers and text;
+    lists among them are JSON, since readers take a list of one entry for that entry.
     """
     import xarray as xr
 
@@ -28,8 +30,8 @@ def write_netcdf(run: StoredRun, folder: Path) -> list[Path]:
         "/": xr.Dataset(
             attrs={
                 "study": run.provenance.study,
-                "radars": list(run.radars),
-                "actors": list(run.actors),
+                "radars": _attribute(list(run.radars)),
+                "actors": _attribute(list(run.actors)),
             }
         )
     }
@@ -77,7 +79,5 @@ def _values(array: NamedArray) -> Any:
 
 
 def _attribute(value: Any) -> Any:
-    """A value that NetCDF can hold: None and lists with it as text."""
-    if value is None or (isinstance(value, list) and None in value):
-        return str(value)
-    return value
+    """A number or text as it is, all else as JSON."""
+    return value if isinstance(value, str | int | float) else json.dumps(value, ensure_ascii=False)

@@ -60,7 +60,13 @@ def study_page(results: Results, figures: Sequence[Mapping[str, str]], *, title:
             (*axes, *POINT_HEAD),
             [words_and_numbers(_cells(row), num_words=len(axes) + 1) for row in rows],
         ),
-        facts={"points": str(len(results.study_hash)), "axes": ", ".join(axes) or "–"},
+        facts={
+            "points": str(len(results.study_hash)),
+            "axes": ", ".join(axes) or "–",
+            "seed": str(results.origin.seed),
+            "study": results.origin.study_hash[:12],
+            **dict(results.origin.versions),
+        },
     )
 
 

@@ -114,6 +114,22 @@ def test_xarray_reads_the_netcdf_file(run, tmp_path):
     tree.close()
 
 
+def test_lists_of_the_netcdf_file_have_one_type_whatever_they_hold(run, tmp_path):
+    """A list of one name came back as text, one with None as an expression of Python."""
+    front = run.victims[0]
+    score = replace(front.score, body=("car", None, None))
+    one = replace(run, radars=("front",), victims=(replace(front, score=score),))
+    (path,) = writer_of("netcdf")(one, tmp_path)
+    tree = xr.open_datatree(path, engine="h5netcdf")
+    assert json.loads(tree.attrs["radars"]) == ["front"]
+    assert json.loads(tree.attrs["actors"]) == list(run.actors)
+    assert json.loads(tree["victim-0/score"].attrs["body"]) == ["car", None, None]
+    assert json.loads(tree["victim-0"].attrs["high_pass"]) is None
+    assert json.loads(tree["victim-0"].attrs["part"]) == list(front.parts.names)
+    assert float(tree["victim-0/truth"].attrs["time"]) == front.truth.time
+    tree.close()
+
+
 def test_h5py_reads_the_hdf5_file(run, tmp_path):
     (path,) = writer_of("hdf5")(run, tmp_path)
     expected = run.victim("front")
@@ -192,6 +208,24 @@ def test_a_second_export_replaces_the_first(run, tmp_path, name):
     for folder in (tmp_path / "once", tmp_path / "twice"):
         assert all(path.exists() for path in writer_of(name)(run, folder))
     assert contents(tmp_path / "twice").keys() == contents(tmp_path / "once").keys()
+
+
+@pytest.mark.parametrize("name", ["csv", "sigmf"])
+def test_a_second_export_leaves_no_victim_of_the_first(run, tmp_path, name):
+    """Otherwise the folder has a radar that the run does not have."""
+    first = writer_of(name)(run, tmp_path)
+    assert any("victim-1" in str(path.relative_to(tmp_path)) for path in first)
+    own = tmp_path / "victim-1" / "own.csv", tmp_path / "victim-7.sigmf-notes"
+    for path in own:
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+    second = writer_of(name)(replace(run, victims=run.victims[:1]), tmp_path)
+    left = {path for path in tmp_path.rglob("*") if path.is_file() and "run.zarr" not in path.parts}
+    assert left == {*second, *own}
+    (tmp_path / "victim-1" / "own.csv").unlink()
+    writer_of(name)(run, tmp_path)
+    writer_of(name)(replace(run, victims=run.victims[:1]), tmp_path)
+    assert name != "csv" or not (tmp_path / "victim-1").exists()
 
 
 def test_tables_have_all_digits(run, tmp_path):

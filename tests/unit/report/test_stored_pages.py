@@ -12,11 +12,12 @@ from polychirp.model.spectra import RangeRateMap
 from polychirp.report.page_data import causes
 from polychirp.report.run_page import frame_data, run_page, write_run_page
 from polychirp.report.statistics import short, within
-from polychirp.report.study_page import POINT_HEAD, _sentence
+from polychirp.report.study_page import POINT_HEAD, _sentence, study_page
 from polychirp.study.store.load import load_run
 from polychirp.study.store.save import save_run
 from tests.support.runs import BOTH, ORIGIN, STUDY
 from tests.unit.report.test_page import Reader
+from tests.unit.report.test_study_curves import results_of
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +108,22 @@ def test_the_command_writes_the_page_into_the_folder_of_the_run(folder, capsys):
 def test_a_folder_without_results_is_refused(tmp_path, capsys):
     assert main(["report", str(tmp_path)]) == 2
     assert "there is no run and no study" in capsys.readouterr().err
+
+
+def test_the_page_of_a_study_says_where_its_numbers_come_from():
+    """The seed, the study and the versions, as the page of a run."""
+    results = replace(results_of(("speed", (10, 20))), origin=ORIGIN)
+    html = study_page(results, [], title="made up")
+    facts = {
+        "seed": str(ORIGIN.seed),
+        "study": ORIGIN.study_hash[:12],
+        **ORIGIN.versions,
+        "points": "2",
+        "axes": "speed",
+    }
+    assert ORIGIN.versions
+    for name, value in facts.items():
+        assert f"<dt>{name}</dt><dd>{value}</dd>" in html
 
 
 def test_points_without_targets_in_sight_leave_the_span_of_the_others():
