@@ -320,6 +320,13 @@ def test_fewer_whole_frames_than_there_should_be_are_refused(tmp_path: Path):
         open_raw(path, replace(PARAMETERS, num_frames=3))
 
 
+def test_one_frame_that_was_cut_off_is_counted_as_one(tmp_path: Path):
+    path = tmp_path / "walk.bin"
+    path.write_bytes(b"1")
+    with pytest.raises(InputError, match=r"1 frame of 6 ramps is 576 bytes, the file has 1; "):
+        open_raw(path, PARAMETERS)
+
+
 def test_an_empty_raw_file_has_nothing_to_process(tmp_path: Path):
     path = tmp_path / "walk.bin"
     path.write_bytes(b"")
