@@ -83,10 +83,11 @@ def open_raw(
         ramps = rest // per_ramp
         started = f" and the first {ramps} of frame {whole}'s {parameters.num_ramps} ramps"
         noun, verb = ("frame", "is") if needed == 1 else ("frames", "are")
+        held = "frame" if whole == 1 else "frames"
         raise InputError(
             f"{path.name}: {needed * per_frame - size} bytes are missing: {needed} {noun} "
             f"of {parameters.num_ramps} ramps {verb} {needed * per_frame} bytes, the file "
-            f"has {size}; it holds {whole} whole frame{'' if whole == 1 else 's'}{started if rest else ''}"
+            f"has {size}; it holds {whole} whole {held}{started if rest else ''}"
             + way_out(whole, "the numbers in the parameter file")
         )
     stored = np.memmap(path, dtype="<i2", mode="r", shape=(whole, per_frame // 2))
