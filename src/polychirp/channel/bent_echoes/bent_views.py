@@ -23,7 +23,7 @@ from polychirp.channel.bent_echoes.lit_facets import (
     Reach,
     facets_lit,
 )
-from polychirp.channel.bent_echoes.outlines import edges_between
+from polychirp.channel.bent_echoes.outlines import edges_between, way_to
 from polychirp.channel.geometry.retarded_delay import turning
 from polychirp.channel.physical_optics.illumination import (
     Illumination,
@@ -259,9 +259,10 @@ class BentView(View):
 
 def bent_views(world: World, view: View, blockers: Sequence[int]) -> list[BentView]:
     """Views of ``view``'s body over those edges of ``blockers`` that may matter."""
-    between = [
-        (blocker, edges_between(world, view.source, blocker, view.body)) for blocker in blockers
-    ]
+    way = way_to(world, view.source, view.body) if len(blockers) else None
+    if way is None:
+        return []
+    between = [(blocker, edges_between(world, way, blocker)) for blocker in blockers]
     if all(edges is None for _, edges in between):
         return []
     patches = _patches_of(world, view)

@@ -9,7 +9,7 @@ them.
 
 from functools import lru_cache
 from itertools import product
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -84,20 +84,40 @@ def _first_of_each(points: FloatArray, side: float) -> tuple[IntArray, IntArray]
     return number, first
 
 
-def edges_between(world: World, radar: FloatArray, blocker: int, body: int) -> Edges | None:
-    """Edges of the body ``blocker`` between a radar at ``radar`` (m) and the body ``body``.
+class Way(NamedTuple):
+    """The way from a radar to a body, which is the same for all vehicles that may stand in it.
 
-    None if the blocker does not stand between them, or is far off the way.
+    ``radar`` m is the radar's place, ``(xyz,)``, and the rows of ``frame`` ``(3, xyz)`` point to
+    the body, to the left, and up. ``low`` and ``high`` m are the least and the greatest coordinates
+    of the body in the frame at the radar, ``(3,)``.
     """
+
+    radar: FloatArray
+    frame: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def way_to(world: World, radar: FloatArray, body: int) -> Way | None:
+    """The way from a radar at ``radar`` (m) to a body; None if the radar is within its sphere."""
     way = (world.centre[body] - radar) * (1.0, 1.0, 0.0)
     distance = float(np.linalg.norm(way))
     if distance <= world.radius[body]:
         return None
-    x, z = way / distance, np.array([0.0, 0.0, 1.0])
-    frame = np.stack([x, np.cross(z, x), z])
-    part = _in_frame(world, blocker, radar, frame)
-    lit = _in_frame(world, body, radar, frame)
-    low, high = lit.min(axis=0), lit.max(axis=0)
+    ahead = way / distance
+    frame = np.array([ahead, [-ahead[1], ahead[0], 0.0], [0.0, 0.0, 1.0]])
+    # numpy takes the extremes of long rows several times as fast as those of short ones
+    lit = np.ascontiguousarray(_in_frame(world, body, radar, frame).T)
+    return Way(radar, frame, lit.min(axis=1), lit.max(axis=1))
+
+
+def edges_between(world: World, way: Way, blocker: int) -> Edges | None:
+    """Edges of the body ``blocker`` on the way from a radar to another body.
+
+    None if the blocker does not stand between them, or is far off the way.
+    """
+    frame, low, high = way.frame, way.low, way.high
+    part = _in_frame(world, blocker, way.radar, frame)
     if part[:, 0].min() < LEAST_GAP or part[:, 0].max() > low[0] - LEAST_GAP:
         return None
     middle = 0.5 * (low + high)
@@ -114,7 +134,7 @@ def edges_between(world: World, radar: FloatArray, blocker: int, body: int) -> E
         points = outline * (1.0, sign)
         corner[edge] = _two_corners(points, np.array([middle[0], height]))
     outwards = np.stack([frame[2], frame[1], -frame[1]])
-    onwards = np.tile(x, (NUM_EDGES, 1))
+    onwards = np.tile(frame[0], (NUM_EDGES, 1))
     return Edges(onwards, outwards, np.cross(onwards, outwards), corner)
 
 
@@ -156,17 +176,25 @@ def _upper_hull(points: FloatArray) -> FloatArray:
     [[1.0, 2.0], [3.0, 2.0]]
     """
     step = np.floor(points[:, 0] / HULL_STEP).astype(np.int64)
-    order = np.lexsort([points[:, 1], step])
-    highest = order[np.flatnonzero(np.append(np.diff(step[order]), 1))]
-    return points[highest[_on_hull(points[highest])]]
+    return points[_on_hull(points, step - np.min(step, initial=0))]
 
 
 @compiled
-def _on_hull(points: FloatArray) -> IntArray:
-    """Numbers of the corners of the upper convex hull of points that are sorted by depth."""
-    hull = np.empty(len(points), dtype=np.int64)
-    size = 0
+def _on_hull(points: FloatArray, step: IntArray) -> IntArray:
+    """Numbers of the corners of the upper convex hull of the highest points of all steps.
+
+    ``step`` ``(point,)`` is the number of the step of depth that a point lies in, from 0 on.
+    """
+    highest = np.full(step.max() + 1, -1, dtype=np.int64)
     for number in range(len(points)):
+        best = highest[step[number]]
+        if best < 0 or points[number, 1] >= points[best, 1]:
+            highest[step[number]] = number
+    hull = np.empty(len(highest), dtype=np.int64)
+    size = 0
+    for number in highest:
+        if number < 0:
+            continue
         while size > 1 and _is_below(points, hull[size - 1], hull[size - 2], number):
             size -= 1
         hull[size] = number
