@@ -48,7 +48,7 @@ class Obstacles(NamedTuple):
     sheet: FloatArray
 
 
-@inner
+@inlined
 def _nearest(az: float, ah: float, bz: float, bh: float, length: float) -> EdgePoint:
     """Point of least excess on a segment from a to b in a half-plane: where a mirror reflects."""
     wz, wh = bz - az, bh - ah
@@ -64,7 +64,7 @@ def _nearest(az: float, ah: float, bz: float, bh: float, length: float) -> EdgeP
     return EdgePoint(excess_of(z, h, length), z, h)
 
 
-@inner
+@inlined
 def _block_line(
     blocked: Blocked,
     azimuth: int,
@@ -194,7 +194,7 @@ def _sum(a: Vector, b: Vector) -> Vector:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@inner
+@inlined
 def _is_hidden(
     blocked: Blocked,
     low: Vector,
