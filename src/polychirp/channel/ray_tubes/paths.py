@@ -391,7 +391,8 @@ def _final_hits(request: _Request, radar: int) -> Hits:
     pairs = _flat_pairs(request, radar, bodies)
     by_window = {(a.body, a.number, b.body, b.number) for a, b, _ in pairs}
     level = first_level(request.world, radar, bodies, request.widths, request.max_bounces)
-    kept, depth = [np.empty(0, dtype=HIT)], 0
+    kept: list[Hits] = []
+    depth = 0
     while level.windows:
         hits = without_pairs(by_window, _hits_of_level(request, radar, level))
         wanted = _hits_to_halve(request, radar, level, hits, depth)
@@ -405,9 +406,7 @@ def _final_hits(request: _Request, radar: int) -> Hits:
     source = Transmitter(request.position[radar], request.velocity[radar])
     around = Surroundings(near.space, near.faces, world.media, world.wavenumber)
     lit = (lit_hits(source, first, last, around, least) for first, last, least in pairs)
-    # most pairs light nothing, and joining many empty tables takes longer than finding that out
-    kept += [hits for hits in lit if len(hits)]
-    return np.concatenate(kept)
+    return _all_hits([*kept, *lit])
 
 
 def _flat_pairs(
@@ -503,7 +502,7 @@ def _power_bound(request: _Request, radar: int, body: int, receiver: int) -> flo
 
 def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
     """Hits of a level's tubes, whose numbers count through all its windows."""
-    near, found = request.surroundings, [np.empty(0, dtype=HIT)]
+    near, found = request.surroundings, []
     media, k = request.world.media, request.world.wavenumber
     for window, body, start, number, max_turns in zip(
         level.windows, level.body, level.start, level.tubes, level.max_turns, strict=False
@@ -515,7 +514,13 @@ def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
             hits = hits_of(launch, tubes, near.space, near.faces, media, k)
             hits["tube"] += start
             found.append(hits)
-    return np.concatenate(found)
+    return _all_hits(found)
+
+
+def _all_hits(tables: list[Hits]) -> Hits:
+    """The hits of several tables; a single table with hits is not copied."""
+    some = [hits for hits in tables if len(hits)]
+    return some[0] if len(some) == 1 else np.concatenate([np.empty(0, dtype=HIT), *some])
 
 
 def _hits_to_halve(request: _Request, radar: int, level: Level, hits: Hits, depth: int) -> IntArray:
