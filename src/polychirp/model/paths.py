@@ -122,10 +122,9 @@ class PropagationPaths:
         names = ("delay", "delay_rate", "delay_acceleration", "transfer", "transfer_drift")
         vectors = ("departure", "departure_rate", "arrival", "arrival_rate")
         for name in (*names, *vectors):
-            value = getattr(self, name)
-            is_number = np.isfinite(value).all(axis=tuple(range(1, value.ndim)))
+            is_number = np.isfinite(getattr(self, name))
             if not is_number.all():
-                path = int(np.argmin(is_number))
+                path = int(np.argmin(is_number.reshape(len(is_number), -1).all(axis=1)))
                 raise InputError(
                     f"PropagationPaths.{name} of path {path} is not finite; leave out paths that "
                     "do not exist"
