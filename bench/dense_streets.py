@@ -3,7 +3,7 @@
     OPENBLAS_NUM_THREADS=1 python -m bench.dense_streets errors [SEED ...]
     OPENBLAS_NUM_THREADS=1 python -m bench.dense_streets below [FIRST LAST]
 
-``errors`` compares the paths half way between the latest traces that a frame may have, every 16 ms,
+``errors`` compares the paths half way between the latest traces that a frame may have, every 17 ms,
 with tracing anew: own echoes of the victim, and interference of all other radars (seeds 11 to 16 by
 default). ``below`` compares what arrives by way of the road with what would arrive without
 obstacles, for every other radar whose reflection an obstacle hides (streets 2000 to 2059).
@@ -21,7 +21,7 @@ from polychirp.study.paper.statistics import with_situation
 from polychirp.threads import limit_cores
 
 HALF_WAY = (2, 6, 10)
-"""Refresh times, 4 ms apart, half way between traces every 16 ms."""
+"""Refresh times, 4 ms apart, half way between traces every 16 or 20 ms."""
 
 
 class _PreparedError(Exception):

@@ -69,7 +69,7 @@ from polychirp.waveform import FrameRule
 
 ECHO_INSTANTS: Final = 12
 """Greatest number of instants of a frame whose echoes explain detections. Chosen: parts of a scene
-are traced every 16 ms at the latest, so that in a frame of 50 ms hardly any trace is left out."""
+are traced every 18 ms at the latest, so that in a frame of 50 ms hardly any trace is left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

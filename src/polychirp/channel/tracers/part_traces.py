@@ -21,8 +21,10 @@ power that arrives from one other radar. A car that passes a radar at two metres
 one of the frame's trace times for that radar, and every few milliseconds for the others.
 
 The error must be within the limit by the coherence times of both traces: a glint that comes near
-makes those of the later one shorter. If the later one asks for a shorter time, the part is traced
-half way too, and so on.
+makes those of the later one shorter. All parts are traced at the ends of equal intervals of the
+frame, none longer than `MAX_TRACE_INTERVAL`. If either end of an interval asks for a shorter time,
+the part is traced half way too, and so on. Parts have most of their times in common then, and with
+them the facets that radars see.
 
 Limits: amplitudes and shadows between traces are interpolated, not traced. Paths over several
 bodies change faster than their coherence times say, because ray tubes come and go at edges as the
@@ -30,12 +32,15 @@ bodies move. Nor do coherence times say how fast shadows change, or waves over e
 therefore state the longest time between two traces.
 """
 
+import math
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.base import Part, gather, strength
+from polychirp.channel.base import Part, strength
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 
@@ -57,11 +62,11 @@ Chosen greater than `FAINT_ECHO_ERROR` with the default of ``motion_error``: oth
 appear as bursts or ghosts, and no receiver searches for weaker signals of other radars below
 these."""
 
-MAX_TRACE_INTERVAL: Final = 16e-3
-"""Greatest time between two traces of a part, s.
+MAX_TRACE_INTERVAL: Final = 18e-3
+"""Greatest mean time between two traces of a part, s.
 
 A limit is needed because shadows move, which coherence times do not include. Chosen: decision 7
-compares 8, 16 and 32 ms."""
+compares 8, 16 and 32 ms, and equal intervals of 17 ms with those of 16 ms and a short one."""
 
 
 class Frame(NamedTuple):
@@ -90,6 +95,17 @@ class Frame(NamedTuple):
         """Time between two of ``times``, s."""
         return float(self.times[1] - self.times[0]) if self.last else MAX_TRACE_INTERVAL
 
+    @property
+    def marks(self) -> IntArray:
+        """Numbers of the times at which all parts are traced.
+
+        They divide the frame into equal intervals, to a step of ``times``, which are not longer
+        than `MAX_TRACE_INTERVAL` in the mean.
+        """
+        wanted = math.ceil(self.last * self.grid / MAX_TRACE_INTERVAL * (1 - 1e-9))
+        count = min(wanted, self.last)
+        return np.arange(count + 1) * self.last // max(count, 1)
+
 
 class Limits(NamedTuple):
     """Powers that a part's errors are compared with, each ``(transmitter, receiver)``.
@@ -117,39 +133,28 @@ class PartTraces:
         self.is_traced = np.zeros(shape, dtype=np.bool_)
         self.steps = np.zeros(shape, dtype=np.int64)
         self._add(0, frame.pairs, first)
-        self._latest = np.zeros(shape[1:], dtype=np.int64)
-        self._due = np.minimum(self.steps[0], frame.last)
 
     @property
     def num_expected(self) -> float:
         """About the number of pairs to be traced, by their first traces."""
         return float(np.sum(1.0 / self.steps[0][self.is_traced[0]]))
 
-    def trace_due(self, number: int) -> None:
-        """Trace the pairs that are due at time ``number``, and before it if that was too late."""
-        pairs = self.frame.pairs
-        pairs = pairs[self._due[pairs[:, 0], pairs[:, 1]] == number]
-        if not len(pairs):
-            return
-        self._trace(number, pairs)
-        some = pairs[:, 0], pairs[:, 1]
-        begin = self._latest[some]
-        for start in np.unique(begin):
-            self._trace_between(int(start), number, pairs[begin == start])
-        self._latest[some] = number
-        # traces are due at multiples of the step, so that pairs with different steps coincide
-        step = self.steps[number][some]
-        self._due[some] = np.minimum((number // step + 1) * step, self.frame.last)
+    def trace_all(self, number: int) -> None:
+        """Trace all pairs at time ``number``."""
+        self._trace(number, self.frame.pairs)
 
-    def _trace_between(self, begin: int, end: int, pairs: IntArray) -> None:
-        """Trace pairs between two traces of them until all are as near as both ends ask for."""
-        least = np.minimum(self.steps[begin], self.steps[end])
-        pairs = pairs[least[pairs[:, 0], pairs[:, 1]] < end - begin]
+    def trace_between(self, begin: int, end: int) -> bool:
+        """Trace half way between two times the pairs that both of their traces there ask for.
+
+        False if there are none.
+        """
+        nearest = np.minimum(self.steps[begin], self.steps[end])
+        is_wanted = self.is_traced[begin] & self.is_traced[end] & (nearest < end - begin)
+        pairs = self.frame.pairs
+        pairs = pairs[is_wanted[pairs[:, 0], pairs[:, 1]]]
         if len(pairs):
-            middle = (begin + end) // 2
-            self._trace(middle, pairs)
-            self._trace_between(begin, middle, pairs)
-            self._trace_between(middle, end, pairs)
+            self._trace((begin + end) // 2, pairs)
+        return bool(len(pairs))
 
     def _trace(self, number: int, pairs: IntArray) -> None:
         frame = self.frame
@@ -158,8 +163,7 @@ class PartTraces:
 
     def _add(self, number: int, pairs: IntArray, paths: PropagationPaths) -> None:
         """Add the paths traced at time ``number`` for ``pairs``."""
-        earlier = self.tables.get(number)
-        self.tables[number] = paths if earlier is None else gather([earlier, paths])
+        self.tables[number] = paths
         some = pairs[:, 0], pairs[:, 1]
         self.is_traced[number][some] = True
         self.steps[number][some] = self._steps_after(number, paths)[some]
@@ -171,7 +175,7 @@ class PartTraces:
         the smaller step of the two, so that they are traced together.
         """
         frame, limits = self.frame, self.limits
-        step = max(1, int(MAX_TRACE_INTERVAL / frame.grid * (1 + 1e-9)))
+        step = int(np.max(np.diff(frame.marks), initial=1))
         power = strength(paths, frame.scenes[number])
         whole = limits.others + power_of_pairs(paths, power, len(limits.others))
         allowed = np.maximum(frame.motion_error * whole, limits.faint)
@@ -189,6 +193,27 @@ class PartTraces:
             steps[is_wrong] = shorter
             step = shorter
         return steps
+
+
+def trace_together(parts: Sequence[PartTraces]) -> int:
+    """Trace parts of one whole during their frame, those due at one time after each other.
+
+    Returns their number.
+    """
+    for begin, end in pairwise(parts[0].frame.marks.tolist()):
+        for part in parts:
+            part.trace_all(end)
+        _trace_between(parts, begin, end)
+    return len(parts)
+
+
+def _trace_between(parts: Sequence[PartTraces], begin: int, end: int) -> None:
+    """Trace parts half way between two times, and so on, until none asks for more."""
+    asked = [part.trace_between(begin, end) for part in parts]
+    if any(asked):
+        middle = (begin + end) // 2
+        _trace_between(parts, begin, middle)
+        _trace_between(parts, middle, end)
 
 
 def interpolation_error(gap: FloatArray) -> FloatArray:

@@ -13,7 +13,6 @@ wrong they are then, and therefore when each part is traced.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import product
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
@@ -34,6 +33,7 @@ from polychirp.channel.tracers.part_traces import (
     PartTraces,
     faint_errors,
     power_of_pairs,
+    trace_together,
 )
 from polychirp.channel.tracers.ray_check import checked
 from polychirp.model.paths import PropagationPaths
@@ -222,7 +222,7 @@ class _FrameTraces:
         # the group with the most traces starts first: started last, it would run on one core alone
         groups.sort(key=lambda group: -sum(parts[k].num_expected for k in group))
         done = 0
-        work = [partial(_trace_all, [parts[k] for k in group], len(self.times)) for group in groups]
+        work = [partial(trace_together, [parts[k] for k in group]) for group in groups]
         for number in side_by_side(work):
             done += number
             progress(done * len(self.times), total)
@@ -282,10 +282,3 @@ class _FrameTraces:
         for number, part in enumerate(self.parts):
             groups.setdefault(part.whole or part.name, []).append(number)
         return list(groups.values())
-
-
-def _trace_all(parts: Sequence[PartTraces], num_times: int) -> int:
-    """Trace parts of one whole at every time at which they are due; the number of parts."""
-    for number, part in product(range(1, num_times), parts):
-        part.trace_due(number)
-    return len(parts)

@@ -7,10 +7,12 @@ import pytest
 
 from polychirp.channel.base import Part, path_table, strength
 from polychirp.channel.tracers.part_traces import (
+    MAX_TRACE_INTERVAL,
     Frame,
     Limits,
     PartTraces,
     interpolation_error,
+    trace_together,
 )
 from polychirp.testing.shapes import around
 
@@ -48,8 +50,7 @@ def traced(coherence, pairs=((0, 0),), longest=np.inf, faint=0.0):
     first = trace(scenes[0], pairs, none)
     tolerated = none + faint * float(strength(first, scene)[0])
     part = PartTraces(Part("glint", trace, longest=longest), frame, Limits(none, tolerated), first)
-    for number in range(1, LAST + 1):
-        part.trace_due(number)
+    trace_together([part])
     return part
 
 
@@ -57,7 +58,7 @@ def times_of(part, pair=(0, 0)):
     return np.flatnonzero(part.is_traced[:, *pair])
 
 
-def test_paths_that_stay_in_phase_are_traced_every_16_ms():
+def test_paths_that_stay_in_phase_are_traced_at_the_ends_of_equal_intervals():
     assert times_of(traced(lambda _, __: np.inf)).tolist() == [0, 16, 32]
 
 
@@ -107,3 +108,33 @@ def test_both_directions_between_two_radars_are_traced_at_the_same_times():
     )
     assert times_of(part, (0, 1)).tolist() == times_of(part, (1, 0)).tolist()
     assert len(times_of(part, (0, 1))) > 3
+
+
+def frame_of(times):
+    return Frame(
+        np.asarray(times, dtype=float), [], [], np.zeros((0, 2), dtype=int), 0.01, np.zeros((1, 1))
+    )
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_intervals_cover_the_frame_and_are_equal_to_a_step(seed):
+    draw = np.random.default_rng([41, seed])
+    grid, count = 10 ** draw.uniform(-4, -1.0), int(draw.integers(2, 80))
+    frame = frame_of(0.3 + grid * np.arange(count))
+    marks, gaps = frame.marks, np.diff(frame.marks)
+    assert marks[0] == 0
+    assert marks[-1] == count - 1
+    assert np.min(gaps) >= 1
+    assert np.max(gaps) - np.min(gaps) <= 1
+    assert np.mean(gaps) * grid <= max(MAX_TRACE_INTERVAL, grid) * (1 + 1e-6)
+    # one interval fewer would be too long
+    assert len(gaps) == 1 or (count - 1) * grid > MAX_TRACE_INTERVAL * (len(gaps) - 1)
+
+
+def test_a_single_time_is_the_only_mark():
+    assert frame_of([0.2]).marks.tolist() == [0]
+
+
+def test_a_frame_of_the_papers_statistics_has_three_intervals():
+    """14 times 4 ms apart had four intervals, of which the last lasted 4 ms."""
+    assert frame_of(4e-3 * np.arange(14)).marks.tolist() == [0, 4, 8, 13]
