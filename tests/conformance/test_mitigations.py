@@ -8,7 +8,7 @@ import pytest
 from polychirp.axes import axes_of
 from polychirp.errors import CapabilityError, InputError
 from polychirp.model.antenna import AntennaArray
-from polychirp.model.if_frame import IfFrame, SampleTimes
+from polychirp.model.if_frame import IfFrame, SampleTimes, sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.mitigation import (
     Autoregression,
@@ -105,6 +105,11 @@ def ramp_method(request):
 @pytest.fixture(params=params(ON_ANY_RAMPS | TRAINED | ON_EQUAL_RAMPS | FOR_LONG_BURSTS))
 def chirp_method(request):
     return request.param
+
+
+def times_on(schedule):
+    """Times of the samples of `FAST` on the ramps."""
+    return sample_times(schedule, FAST)
 
 
 def chirps(*, points=POINTS, seed=0):
@@ -329,8 +334,8 @@ def test_methods_that_compare_ramps_refuse_unequal_ones(method):
     with pytest.raises(CapabilityError, match="equal ramps"):
         method.mitigate(frame_of(RAMPS, POINTS))
     with pytest.raises(CapabilityError, match="equal ramps"):
-        refuse_unfit(method, RAMPS, is_real=False, num_channels=4)
-    refuse_unfit(method, CHIRPS, is_real=False, num_channels=4)
+        refuse_unfit(method, RAMPS, times=times_on(RAMPS), is_real=False, num_channels=4)
+    refuse_unfit(method, CHIRPS, times=times_on(CHIRPS), is_real=False, num_channels=4)
 
 
 def test_a_noise_canceller_refuses_real_samples_and_nulling_one_channel():
@@ -339,8 +344,8 @@ def test_a_noise_canceller_refuses_real_samples_and_nulling_one_channel():
     with pytest.raises(CapabilityError, match="complex samples"):
         NoiseCanceller().mitigate(real)
     with pytest.raises(CapabilityError, match="two receiving channels"):
-        refuse_unfit(Nulling(), CHIRPS, is_real=False, num_channels=1)
-    refuse_unfit(Blanking(), CHIRPS, is_real=True, num_channels=1)
+        refuse_unfit(Nulling(), CHIRPS, times=times_on(CHIRPS), is_real=False, num_channels=1)
+    refuse_unfit(Blanking(), CHIRPS, times=times_on(CHIRPS), is_real=True, num_channels=1)
 
 
 @pytest.mark.parametrize(

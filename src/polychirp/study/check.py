@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 from polychirp.errors import InputError, ModelWarning
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.mitigation.base import refuse_unfit
 from polychirp.receiver.selection import refuse_real_samples
 from polychirp.study.limits.access import access_in_vain, refuse_long_frames
 from polychirp.study.limits.beams import gains_beyond_beams
 from polychirp.study.limits.derived_radar import DerivedRadar, derived_radar
-from polychirp.study.limits.frames import refuse_undersampled, refuse_unread
+from polychirp.study.limits.frames import refuse_undersampled, refuse_unread, refuse_unrepaired
 from polychirp.study.limits.power import PointEcho, point_echoes
 from polychirp.study.limits.problems import problems
 from polychirp.study.limits.radios import (
@@ -141,12 +140,7 @@ def _refuse_frames(
         refuse_undersampled(study, radar, radars[number], number=number)
         refuse_unfollowed(radar)
         refuse_unread(study, schedule, number=number)
-        refuse_unfit(
-            study.receiver.mitigation,
-            schedule,
-            is_real=is_real,
-            num_channels=radar.array.num_channels,
-        )
+        refuse_unrepaired(study, schedule, number=number)
         if is_real:
             refuse_real_samples(study.receiver, schedule, radar=radar.name)
 

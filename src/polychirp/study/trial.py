@@ -15,7 +15,7 @@ from polychirp.errors import InputError, no_such
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.detection import Detections
 from polychirp.model.frame_history import FrameHistory
-from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.model.if_frame import IfFrame, IfParts, sample_times
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.placement import Placement, placement
 from polychirp.model.radar import Radar
@@ -197,6 +197,7 @@ def _refuse_unreadable(
         refuse_unfit(
             study.receiver.mitigation,
             schedules[victim],
+            times=sample_times(schedules[victim], radar.converter),
             is_real=radar.converter.is_real,
             num_channels=scene.radars[victim].array.num_channels,
         )

@@ -22,7 +22,14 @@ from polychirp.model.if_frame import sample_times
 from polychirp.model.leakage import Bumper
 from polychirp.model.radar import Converter
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.mitigation import RampMinimum
+from polychirp.receiver.mitigation import (
+    Blanking,
+    Burg,
+    ComplexNetwork,
+    RampMinimum,
+    StftExcision,
+)
+from polychirp.receiver.mitigation.burst_detectors import StftCfar
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import AutoReceiver
 from polychirp.rng import Streams
@@ -585,6 +592,35 @@ def test_a_mitigation_that_needs_equal_ramps_is_refused_for_triangles():
     study = replace(study, receiver=replace(study.receiver, mitigation=RampMinimum()))
     with pytest.raises(CapabilityError, match="'ramp-minimum' compares range cells"):
         check(study)
+
+
+@pytest.mark.parametrize(
+    ("mitigation", "sentence"),
+    [
+        (StftExcision(), "a ramp has 20 samples, and the window .* use a window of 16 or less"),
+        (Blanking(detector=StftCfar()), "use a window of 16 or less"),
+        (Burg(detector=StftCfar()), "use a window of 16 or less"),
+        (ComplexNetwork(), "windows of 32 samples, and a ramp has 20; 'blanking' works"),
+    ],
+    ids=["stft-excision", "blanking by stft-cfar", "burg by stft-cfar", "complex-network"],
+)
+def test_a_window_longer_than_the_ramps_is_refused_before_the_tracing(mitigation, sentence):
+    """A ramp of 39 µs, less 10 µs at both ends, has 20 samples at 1 MS/s."""
+    waveform = Triangular(bandwidth=2e7, ramp_duration=39e-6)
+    study = paper_study("diverse", radars=("vehicle-2", "vehicle-4"))
+    study = replace(
+        study,
+        radars=tuple(replace(radar, waveform=waveform) for radar in study.radars),
+        receiver=replace(study.receiver, mitigation=mitigation),
+    )
+    with pytest.raises(CapabilityError, match=f"^receiver.mitigation, of radars.0: .*{sentence}"):
+        check(study)
+
+    def refuse(stage, done, total):
+        raise AssertionError(stage)
+
+    with pytest.raises(CapabilityError, match=sentence):
+        run_trial(study, progress=refuse)
 
 
 @pytest.mark.parametrize("start", [0.86e9, 2.4e9, 5.75e9, 10.45e9, 24e9, 49e9, 76.1e9, 79e9])

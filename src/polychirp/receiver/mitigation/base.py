@@ -8,7 +8,7 @@ from typing import Annotated, Protocol, runtime_checkable
 import numpy as np
 
 from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, Sealed
-from polychirp.model.if_frame import IfFrame
+from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 
 Repair = Callable[[ComplexArray], ComplexArray]
@@ -74,29 +74,38 @@ def _mitigated(mitigation: Mitigation, frame: IfFrame) -> Mitigated:
 class Refusing(Protocol):
     """Mitigation that cannot repair all frames, and says so before a long computation."""
 
-    def refuse(self, schedule: RampSchedule, *, is_real: bool, num_channels: int) -> None:
+    def refuse(
+        self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
+    ) -> None:
         """Raise `CapabilityError` if it cannot repair frames of these ramps, samples, channels."""
 
 
 def refuse_unfit(
-    mitigation: Mitigation | None, schedule: RampSchedule, *, is_real: bool, num_channels: int
+    mitigation: Mitigation | None,
+    schedule: RampSchedule,
+    *,
+    times: SampleTimes,
+    is_real: bool,
+    num_channels: int,
 ) -> None:
     """Refuse ramps, samples or an array that a mitigation cannot repair.
 
     Raises
     ------
     CapabilityError
-        The mitigation needs equal ramps, complex samples or several channels.
+        The mitigation needs equal or longer ramps, complex samples or several channels.
     """
     refuse = getattr(mitigation, "refuse", None)
     if refuse is not None:
-        refuse(schedule, is_real=is_real, num_channels=num_channels)
+        refuse(schedule, times=times, is_real=is_real, num_channels=num_channels)
 
 
 def refuse_frame(mitigation: Refusing, frame: IfFrame) -> None:
     """`Refusing.refuse` for a frame."""
     is_real = not np.any(frame.samples.imag)
-    mitigation.refuse(frame.schedule, is_real=is_real, num_channels=len(frame.samples))
+    mitigation.refuse(
+        frame.schedule, times=frame.times, is_real=is_real, num_channels=len(frame.samples)
+    )
 
 
 def with_weights(frame: IfFrame, weight: BoolArray | FloatArray) -> Mitigated:

@@ -8,7 +8,7 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, IntArray
 from polychirp.errors import CapabilityError, InputError
-from polychirp.model.if_frame import IfFrame
+from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mitigation.base import Mitigated, refuse_frame
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
@@ -54,15 +54,18 @@ class Burg(BurstRepair):
         if self.order < 1:
             raise InputError("the order of Burg's model must be 1 or more")
 
-    def refuse(self, schedule: RampSchedule, *, is_real: bool, num_channels: int) -> None:
+    def refuse(
+        self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
+    ) -> None:
         """Refuse ramps that it cannot repair.
 
         Raises
         ------
         CapabilityError
-            It works from ramp to ramp, and the ramps are not equal.
+            It works from ramp to ramp, and the ramps are not equal; or its detector cannot read
+            them.
         """
-        del is_real, num_channels
+        BurstRepair.refuse(self, schedule, times=times, is_real=is_real, num_channels=num_channels)
         reason = unequal(schedule) if self.along == "ramps" else ""
         if reason:
             raise CapabilityError(

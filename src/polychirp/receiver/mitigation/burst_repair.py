@@ -5,8 +5,13 @@ from typing import Annotated
 
 from polychirp.axes import BoolArray
 from polychirp.errors import InputError
-from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.mitigation.burst_detectors import AnyBurstDetector, MedianThreshold
+from polychirp.model.if_frame import IfFrame, SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.mitigation.burst_detectors import (
+    AnyBurstDetector,
+    MedianThreshold,
+    StftCfar,
+)
 from polychirp.receiver.mitigation.burst_detectors.base import guard_time
 from polychirp.receiver.mitigation.burst_detectors.median_threshold import FALSE_MITIGATION
 from polychirp.spec import Spec
@@ -40,6 +45,13 @@ class BurstRepair(Spec):
     def hit(self, frame: IfFrame) -> BoolArray:
         """Mask of the samples that are hit, ``(ramp, fast)``; False in the padding of a ramp."""
         return (self.detector or self._default()).hit(frame)
+
+    def refuse(
+        self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
+    ) -> None:
+        """Refuse ramps that the detector cannot read."""
+        if isinstance(self.detector, StftCfar):
+            self.detector.refuse(schedule, times=times, is_real=is_real, num_channels=num_channels)
 
     def _default(self) -> MedianThreshold:
         return MedianThreshold(

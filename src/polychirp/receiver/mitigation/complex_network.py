@@ -9,8 +9,9 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray
 from polychirp.errors import CapabilityError, InputError
-from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.mitigation.base import Mitigated
+from polychirp.model.if_frame import IfFrame, SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.mitigation.base import Mitigated, refuse_frame
 from polychirp.receiver.mitigation.network_layers import Network, logits
 from polychirp.receiver.mitigation.sparse_filling import (
     Missing,
@@ -88,14 +89,27 @@ class ComplexNetwork(Spec):
         if not 0.0 < self.kept_above < 1.0:
             raise InputError("a network keeps cells above a share between 0 and 1")
 
-    def mitigate(self, frame: IfFrame) -> Mitigated:
-        """The frame's samples with what the masked cells held filled."""
-        shortest = int(frame.times.num_samples.min())
+    def refuse(
+        self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
+    ) -> None:
+        """Refuse ramps that it cannot repair.
+
+        Raises
+        ------
+        CapabilityError
+            A ramp is shorter than the window.
+        """
+        del schedule, is_real, num_channels
+        shortest = int(times.num_samples.min())
         if shortest < WINDOW:
             raise CapabilityError(
                 f"the mitigation 'complex-network' is trained for windows of {WINDOW} samples, and "
                 f"a ramp has {shortest}; 'blanking' works on any ramps"
             )
+
+    def mitigate(self, frame: IfFrame) -> Mitigated:
+        """The frame's samples with what the masked cells held filled."""
+        refuse_frame(self, frame)
         lost = [
             self.lost(frame.samples[:, k, : int(length)])
             for k, length in enumerate(frame.times.num_samples)

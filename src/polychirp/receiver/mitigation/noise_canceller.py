@@ -7,7 +7,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray
 from polychirp.errors import CapabilityError, InputError
-from polychirp.model.if_frame import IfFrame
+from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mitigation.base import Mitigated, refuse_frame
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
@@ -54,7 +54,9 @@ class NoiseCanceller(BurstRepair):
         if self.taps < 1 or not 0.0 < self.step < 2.0:
             raise InputError("a noise canceller needs 1 tap or more, and a step between 0 and 2")
 
-    def refuse(self, schedule: RampSchedule, *, is_real: bool, num_channels: int) -> None:
+    def refuse(
+        self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
+    ) -> None:
         """Refuse samples that it cannot repair.
 
         Raises
@@ -62,7 +64,7 @@ class NoiseCanceller(BurstRepair):
         CapabilityError
             The samples are real.
         """
-        del schedule, num_channels
+        del schedule, times, num_channels
         if is_real:
             raise CapabilityError(
                 "the mitigation 'noise-canceller' needs complex samples: of real ones the "

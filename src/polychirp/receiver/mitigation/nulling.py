@@ -7,7 +7,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray
 from polychirp.errors import CapabilityError, InputError
-from polychirp.model.if_frame import IfFrame
+from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mitigation.base import Mitigated, refuse_frame
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
@@ -55,7 +55,9 @@ class Nulling(BurstRepair):
         if not self.least_excess > 1.0:
             raise InputError("the least excess of nulling must be above 0 dB")
 
-    def refuse(self, schedule: RampSchedule, *, is_real: bool, num_channels: int) -> None:
+    def refuse(
+        self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
+    ) -> None:
         """Refuse an array that has no direction to spare.
 
         Raises
@@ -63,7 +65,7 @@ class Nulling(BurstRepair):
         CapabilityError
             There are fewer than two channels.
         """
-        del schedule, is_real
+        del schedule, times, is_real
         if num_channels < 2:
             raise CapabilityError(
                 "the mitigation 'nulling' needs two receiving channels or more, and this radar has "

@@ -7,7 +7,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray
 from polychirp.errors import CapabilityError
-from polychirp.model.if_frame import IfFrame
+from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mitigation.base import Mitigated, refuse_frame
 from polychirp.receiver.mitigation.prediction import rms
@@ -44,7 +44,9 @@ class RampMinimum(Spec):
 
     kind: Literal["ramp-minimum"] = "ramp-minimum"
 
-    def refuse(self, schedule: RampSchedule, *, is_real: bool, num_channels: int) -> None:
+    def refuse(
+        self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
+    ) -> None:
         """Refuse ramps that it cannot repair.
 
         Raises
@@ -52,7 +54,7 @@ class RampMinimum(Spec):
         CapabilityError
             The ramps are not equal, so that their range cells cannot be compared.
         """
-        del is_real, num_channels
+        del times, is_real, num_channels
         if reason := unequal(schedule):
             raise CapabilityError(
                 "the mitigation 'ramp-minimum' compares range cells of equal ramps, and of this "

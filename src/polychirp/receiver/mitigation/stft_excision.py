@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.errors import InputError
-from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.mitigation.base import Mitigated
+from polychirp.errors import CapabilityError, InputError
+from polychirp.model.if_frame import IfFrame, SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.mitigation.base import Mitigated, refuse_frame
 from polychirp.receiver.mitigation.row_median import median_factors
 from polychirp.receiver.mitigation.steady_lines import Lines, excision_matrix, steady_lines
 from polychirp.spec import Spec
@@ -85,6 +86,30 @@ class StftExcision(Spec):
             )
         if not 0 < self.false_alarm_probability < 0.1:
             raise InputError("an excision's false-alarm probability must lie between 0 and 0.1")
+
+    def refuse(
+        self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
+    ) -> None:
+        """Refuse ramps that it cannot repair.
+
+        Raises
+        ------
+        CapabilityError
+            No ramp is as long as the window.
+        """
+        del schedule, is_real, num_channels
+        longest = times.most_samples
+        if longest < HOPS_PER_WINDOW:
+            raise CapabilityError(
+                f"a ramp has {longest} samples, too few for a time-frequency plane; leave this "
+                "mitigation out"
+            )
+        if longest < self.window:
+            raise CapabilityError(
+                f"a ramp has {longest} samples, and the window of the time-frequency plane "
+                f"{self.window}; use a window of "
+                f"{HOPS_PER_WINDOW * (longest // HOPS_PER_WINDOW)} or less"
+            )
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
         """The frame's samples without ridges."""
@@ -215,17 +240,7 @@ class StftExcision(Spec):
 
     def _power(self, frame: IfFrame) -> FloatArray:
         """Mean power over the channels of every cell, ``(ramp, frequency, slice)``."""
-        if frame.times.most_samples < HOPS_PER_WINDOW:
-            raise InputError(
-                f"a ramp has {frame.times.most_samples} samples, too few for a time-frequency "
-                "plane; leave this mitigation out"
-            )
-        if frame.times.most_samples < self.window:
-            raise InputError(
-                f"a ramp has {frame.times.most_samples} samples, and the window of the "
-                f"time-frequency plane {self.window}; use a window of "
-                f"{HOPS_PER_WINDOW * (frame.times.most_samples // HOPS_PER_WINDOW)} or less"
-            )
+        refuse_frame(self, frame)
         cells = self._transform().stft(frame.samples * frame.times.is_sample)
         return np.asarray(np.mean(cells.real**2 + cells.imag**2, axis=0))
 

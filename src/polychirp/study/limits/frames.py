@@ -1,7 +1,9 @@
 """Frames that a radar cannot sample, or that its receiver cannot read."""
 
 from polychirp.errors import CapabilityError, PhysicsError
+from polychirp.model.if_frame import sample_times
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.mitigation.base import refuse_unfit
 from polychirp.receiver.selection import (
     readable_elements,
     receiver_for,
@@ -55,3 +57,18 @@ def refuse_unread(study: Study, schedule: RampSchedule, *, number: int) -> None:
         )
     except CapabilityError as error:
         raise CapabilityError(f"radars.{number}.array: {error}") from None
+
+
+def refuse_unrepaired(study: Study, schedule: RampSchedule, *, number: int) -> None:
+    """Refuse a victim whose ramps, samples or array the receiver's mitigation cannot repair."""
+    radar = study.radars[number]
+    try:
+        refuse_unfit(
+            study.receiver.mitigation,
+            schedule,
+            times=sample_times(schedule, radar.converter),
+            is_real=radar.converter.is_real,
+            num_channels=radar.array.num_channels,
+        )
+    except CapabilityError as error:
+        raise CapabilityError(f"receiver.mitigation, of radars.{number}: {error}") from None

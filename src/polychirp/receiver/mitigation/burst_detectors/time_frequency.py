@@ -7,7 +7,8 @@ import numpy as np
 
 from polychirp.axes import BoolArray
 from polychirp.errors import InputError
-from polychirp.model.if_frame import IfFrame
+from polychirp.model.if_frame import IfFrame, SampleTimes
+from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.mitigation.burst_detectors.base import guard_time, widened
 from polychirp.receiver.mitigation.stft_excision import StftExcision, nearest_slices
 from polychirp.spec import Spec
@@ -39,22 +40,28 @@ class StftCfar(Spec):
     guard: Seconds | None = None
 
     def __post_init__(self) -> None:
-        StftExcision(
-            window=self.window, false_alarm_probability=self.false_alarm_probability
-        )  # refuses what it cannot use
+        self._excision()  # refuses what it cannot use
         if self.least_rows < 1:
             raise InputError("a detector's number of rows must be 1 or more")
         if self.guard is not None and self.guard < 0:
             raise InputError("a detector's guard cannot be negative")
 
+    def refuse(
+        self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
+    ) -> None:
+        """Refuse ramps of which none is as long as the window, as `StftExcision` does."""
+        self._excision().refuse(schedule, times=times, is_real=is_real, num_channels=num_channels)
+
     def hit(self, frame: IfFrame) -> BoolArray:
         """Mask of the samples that are hit, ``(ramp, fast)``; False in the padding of a ramp."""
-        excision = StftExcision(
-            window=self.window, false_alarm_probability=self.false_alarm_probability
-        )
         present = frame.times.is_sample
-        rows = np.count_nonzero(excision.hit_cells(frame), axis=1)
+        rows = np.count_nonzero(self._excision().hit_cells(frame), axis=1)
         near = nearest_slices(self.window, present.shape[1])
         hit = (rows >= self.least_rows)[:, near] & present
         rate = frame.times.rate
         return widened(hit, guard_time(self.guard, rate) * rate) & present
+
+    def _excision(self) -> StftExcision:
+        return StftExcision(
+            window=self.window, false_alarm_probability=self.false_alarm_probability
+        )
