@@ -20,6 +20,7 @@ from polychirp.exchange import formats
 from polychirp.exchange.formats import FORMATS, writer_of
 from polychirp.exchange.rosbag import FIELDS
 from polychirp.model.front_end import HighPass
+from polychirp.model.if_filter import IfFilter
 from polychirp.study.store.load import StoredRun, load_run
 from polychirp.study.store.save import save_run
 from polychirp.traffic.vehicle import vehicle_size
@@ -100,6 +101,74 @@ def test_victims_beyond_the_limit_of_a_matlab_variable_are_refused(run, tmp_path
     monkeypatch.setattr("polychirp.exchange.matlab.LARGEST_VARIABLE", largest)
     with pytest.raises(CapabilityError, match=r"the victims of this run need .*export to hdf5"):
         writer_of("mat")(run, tmp_path)
+
+
+def names_in_mat(path: Path) -> set[str]:
+    """Names of a victim's quantities in a MATLAB file, as ``group/name``."""
+    victim = np.atleast_1d(loadmat(path, simplify_cells=True)["victims"])[0]
+    own = {name for name in victim if name not in ("units", "fast")}
+    groups = {name for name in own if isinstance(victim[name], dict) and name not in MAT_STRUCTURES}
+    inner = {f"{group}/{name}" for group in groups for name in victim[group]}
+    return (own - groups) | inner
+
+
+def names_in_netcdf(path: Path) -> set[str]:
+    """Names of a victim's quantities in a NetCDF file; the axes' coordinates are not among them."""
+    with xr.open_datatree(path, engine="h5netcdf") as tree:
+        found = {
+            f"{node.relative_to(tree['victim-0'])}/{name}".removeprefix("./")
+            for node in tree["victim-0"].subtree
+            for name in (*node.data_vars, *node.attrs)
+        }
+    return {name.removesuffix("_imag").removesuffix("_real") for name in found} - AXES
+
+
+def names_in_hdf5(path: Path) -> set[str]:
+    """Names of a victim's quantities in an HDF5 file; the axes' coordinates are not among them."""
+    found: set[str] = set()
+
+    def visit(place: str, node: h5py.Group | h5py.Dataset) -> None:
+        if isinstance(node, h5py.Dataset):
+            if not node.is_scale:
+                found.add(place)
+            return
+        found.update(f"{place}/{name}".removeprefix("/") for name in node.attrs)
+
+    with h5py.File(path) as file:
+        visit("", file["victim-0"])
+        file["victim-0"].visititems(visit)
+    return found - AXES
+
+
+AXES = {"part"}
+"""Names of the parts: the fields of the structure ``parts`` in a MATLAB file."""
+
+MAT_STRUCTURES = ("parts", "array", "if_filter")
+"""Quantities that are structures in a MATLAB file; in others they have an axis or are text."""
+
+
+def test_formats_with_all_arrays_hold_the_same_quantities(tmp_path):
+    """A reader finds in each what a receiver needs: filters, elements and their gains."""
+    array = replace(BOTH.victims[0].frame.array, channel_gains=(1.0, 2.0))
+    frame = replace(BOTH.victims[0].frame, array=array, if_filter=IfFilter(stopband=8e5))
+    front = replace(BOTH.victims[0], frame=frame)
+    save_run(tmp_path / "run.zarr", replace(BOTH, victims=(front,)), provenance=ORIGIN)
+    run = load_run(tmp_path / "run.zarr")
+    paths = {name: writer_of(name)(run, tmp_path)[0] for name in ("mat", "netcdf", "hdf5")}
+    expected = names_in_hdf5(paths["hdf5"])
+    assert {"samples", "if_filter", "array", "neglected", "truth/range"} <= expected
+    assert names_in_netcdf(paths["netcdf"]) == expected
+    assert names_in_mat(paths["mat"]) == expected
+    with h5py.File(paths["hdf5"]) as file:
+        elements = json.loads(file["victim-0"].attrs["array"])
+    (found,) = np.atleast_1d(loadmat(paths["mat"], simplify_cells=True)["victims"])
+    assert elements.keys() <= found["array"].keys()
+    assert found["array"]["channel_gains"].tolist() == elements["channel_gains"]
+    assert found["array"]["pattern"] == pytest.approx(elements["pattern"])
+    assert found["if_filter"] == {"passband": 3e5, "stopband": 8e5, "attenuation": 1e9}
+    assert found["units"]["if_filter"] == {"passband": "Hz", "stopband": "Hz", "attenuation": "1"}
+    assert found["units"]["array"]["channel_gains"] == "1"
+    assert found["units"]["array"]["pattern"]["azimuth_beamwidth"] == "rad"
 
 
 def test_xarray_reads_the_netcdf_file(run, tmp_path):
