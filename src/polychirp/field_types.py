@@ -1,4 +1,4 @@
-"""`need_field_types`: dataclasses made in Python whose values do not have the declared types."""
+"""`need_field_types`: dataclasses made in Python whose values are not of their declared types."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -12,7 +12,7 @@ import numpy as np
 
 from polychirp.errors import InputError, short
 from polychirp.spec import ByKind, chosen_by_kind, kinds_of
-from polychirp.units import Unit
+from polychirp.units import Between, Unit
 
 Reader = Callable[[Any, str], str]
 """Function of a value and its place; it gives the sentence of what is wrong, empty if nothing."""
@@ -25,11 +25,26 @@ PLAIN: Final[dict[type, tuple[type | tuple[type, ...], str, str]]] = {
 }
 """For each plain type: the types that a field accepts, its name in a sentence, an example."""
 
+ENDLESS: Final = frozenset(
+    {
+        "azimuth_beamwidth",
+        "elevation_beamwidth",
+        "conductivity",
+        "dynamic_range",
+        "max_length",
+        "refresh_interval",
+    }
+)
+"""Names of fields that may be infinite, in Python alone, as no study file has such a value: of an
+isotropic antenna, an ideal conductor, paths of any length or power, and paths traced once."""
+
 
 def need_field_types(spec: Any) -> None:
-    """Refuse a dataclass with a value that has another type than its field, at any depth.
+    """Refuse a dataclass with a value of another type than its field, or out of its bounds.
 
-    A whole number may stand for a number, and a list or an array for a tuple; NaN is no number.
+    Values at any depth are read. A whole number may stand for a number, and a list or an array for
+    a tuple; NaN is no number. Bounds are those of study files (`Unit`, `Between`), but a ratio
+    of 0, which no level in dB has, is left to the class itself, as is infinity in `ENDLESS` fields.
     Where a field chooses a spec by its kind (`ByKind`), a class of your own may stand for it if it
     has the method that the others have. `InputError` is raised at the first such value; its message
     has the place of the value, what it is, and what would work.
@@ -71,7 +86,7 @@ def _reader(hint: Any) -> Reader:
     plain, unit, mark = _unwrapped(hint)
     origin = get_origin(plain)
     if plain in PLAIN:
-        return _plain(plain, unit)
+        return _bounded(_plain(plain, unit), hint)
     if origin is Literal:
         return _literal(get_args(plain))
     if origin is tuple:
@@ -88,6 +103,26 @@ def _unwrapped(hint: Any) -> tuple[Any, Unit | None, ByKind | None]:
     plain, *notes = get_args(hint)
     unit = next((note for note in notes if isinstance(note, Unit)), None)
     return plain, unit, next((note for note in notes if isinstance(note, ByKind)), None)
+
+
+def _bounded(reader: Reader, hint: Any) -> Reader:
+    """Reader of a plain type that reads the bounds of its annotations as well."""
+    notes = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
+    bounds = [note for note in notes if isinstance(note, Unit | Between)]
+
+    def read(value: Any, place: str) -> str:
+        wrong = reader(value, place)
+        is_endless = value == math.inf and place.rpartition(".")[2] in ENDLESS
+        if wrong or is_endless:
+            return wrong
+        try:
+            for bound in bounds:
+                bound.checked(value)
+        except InputError as error:
+            return f"{place}: {error}"
+        return ""
+
+    return read
 
 
 def _plain(kind: type, unit: Unit | None) -> Reader:

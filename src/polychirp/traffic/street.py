@@ -432,11 +432,6 @@ class Point(Spec):
 
     def __post_init__(self) -> None:
         need_field_types(self)
-        if not np.isfinite([self.x, self.y, self.z, self.rcs, *self.velocity]).all():
-            raise InputError(
-                f"point '{self.name}' has a place, a velocity or a radar cross section that is not "
-                "finite; give finite numbers, or leave the point out"
-            )
         if self.rcs < 0:
             raise InputError(f"point '{self.name}' cannot have a negative radar cross section")
 

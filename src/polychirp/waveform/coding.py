@@ -17,6 +17,7 @@ from polychirp.axes import ComplexArray, IntArray
 from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.spec import ByKind, Spec
+from polychirp.units import Between
 
 
 @runtime_checkable
@@ -70,7 +71,7 @@ class DopplerDivision(Spec):
     """
 
     kind: Literal["doppler-division"] = "doppler-division"
-    num_bands: int | None = None
+    num_bands: Annotated[int, Between(greatest=1024)] | None = None
 
     def weights(self, sweep: IntArray, *, num_elements: int) -> ComplexArray:
         """See `Coding.weights`."""

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 from polychirp.spec import Spec
-from polychirp.units import Hertz, Ratio, Seconds, from_db
+from polychirp.units import Between, Hertz, Ratio, Seconds, from_db
 from polychirp.waveform.base import need_few_chips, need_not_negative, need_positive, need_sweeps
 from polychirp.waveform.carriers import carriers
 
@@ -69,7 +69,7 @@ class Noise(Spec):
     bandwidth: Hertz = 300e6
     chip_duration: Seconds = 2e-9
     num_chips: int = 512
-    periods: int = 3
+    periods: Annotated[int, Between(greatest=10_000)] = 3
     idle: Seconds = 17e-6
     peak_to_average: Ratio = from_db(8.0)
 

@@ -1,7 +1,7 @@
 """`Pmcw`: a carrier of constant frequency whose phase follows a binary code."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 from polychirp.spec import Spec
-from polychirp.units import Hertz, Seconds
+from polychirp.units import Between, Hertz, Seconds
 from polychirp.waveform.base import need_not_negative, need_positive
 from polychirp.waveform.carriers import carriers
 from polychirp.waveform.code_sequences import (
@@ -66,7 +66,7 @@ class Pmcw(Spec):
     order: int = 9
     member: int | None = None
     chip_duration: Seconds = 2e-9
-    periods: int = 3
+    periods: Annotated[int, Between(greatest=10_000)] = 3
     idle: Seconds = 17e-6
 
     def __post_init__(self) -> None:

@@ -78,6 +78,10 @@ def test_the_study_itself_is_fine(path):
         ("receiver.most_detections=1000000000", "is too large; use at most 100000"),
         ("receiver.mitigation={ kind = 'blanking', guard = '1e300 s' }", "outside of -1000 s"),
         ("receiver.mitigation={ kind = 'imat', iterations = 1000000000 }", "is too large"),
+        ("receiver.mitigation={ kind = 'chirp-subtraction', least_sweep = 1e300 }", "is too large"),
+        ("radars.0.waveform={ kind = 'pmcw', periods = 1000000000 }", "use at most 10000"),
+        ("radars.0.waveform={ kind = 'noise', periods = 1000000000 }", "use at most 10000"),
+        ("radars.0.coding={ kind = 'doppler-division', num_bands = 1000000000 }", "at most 1024"),
         ("street.vehicles.0.max_edge=1e-300 m", "too many facets; use at least 5 mm"),
         ("street.vehicles.0.coarseness=1e-9", "too many facets"),
         (
@@ -118,6 +122,12 @@ def test_what_run_cannot_do_is_refused_by_check(path, change, sentence):
 def test_a_negative_seed_is_refused_with_traffic_too(path):
     text = refusal(path, "seed=-1", "traffic={ seen_from = 'ego', num_targets = 2 }")
     assert "seed: is -1; use 0 or more" in text
+
+
+@pytest.mark.parametrize("frequency", ["0 Hz", "-1 GHz"])
+def test_a_tracer_without_a_positive_frequency_is_refused(path, frequency):
+    """It ended with a division by zero or a logarithm of a negative number."""
+    assert "tracer.frequency: is " in refusal(path, f"tracer.frequency={frequency}")
 
 
 @pytest.mark.parametrize(

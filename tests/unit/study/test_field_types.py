@@ -1,19 +1,24 @@
 """Values of wrong types in studies made in Python are refused by their declared types."""
 
 import re
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
 
+from polychirp.channel.tracers.composite import Composite
 from polychirp.errors import InputError
+from polychirp.field_types import ENDLESS
 from polychirp.frames import Pose
+from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.radar import Radar
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.study.spec import Study, StudyRadar, schedules_of
 from polychirp.traffic.random_traffic import RandomTraffic
 from polychirp.traffic.street import Point, Street, Vehicle
+from polychirp.units import Between, Unit
 from polychirp.waveform import Sawtooth, Triangular
 
 CAR = Vehicle(name="car", x=0.0, y=0.0)
@@ -78,10 +83,7 @@ POST = Point(name="post", x=12.0, y=0.0, z=0.5, rcs=1.0)
     ("wrong", "sentence"),
     [
         ({"x": np.nan}, "Point.x: is NaN, which is no number"),
-        (
-            {"z": np.inf},
-            "point 'post' has a place, a velocity or a radar cross section that is not",
-        ),
+        ({"z": np.inf}, "Point.z: inf is outside of -1000 km to 1000 km, which is -1e+06 to"),
         ({"rcs": np.nan}, "Point.rcs: is NaN"),
         ({"velocity": (0.0, np.nan, 0.0)}, "Point.velocity[1]: is NaN"),
         ({"velocity": 3.0}, "Point.velocity: 3.0 is no tuple; write it like (…, …, …)"),
@@ -116,3 +118,79 @@ class OwnWaveform:
 def test_a_waveform_of_ones_own_needs_its_method_alone() -> None:
     own: Any = OwnWaveform()
     assert schedules_of(replace(STUDY, radars=(replace(RADAR, waveform=own),)))[0].num_ramps == 32
+
+
+def bounded_numbers(
+    spec: Any, place: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Place and declared type of every number with bounds in a dataclass, at any depth."""
+    hints = get_type_hints(type(spec), include_extras=True)
+    for field in fields(spec):
+        value, where = getattr(spec, field.name), (*place, field.name)
+        if is_dataclass(value):
+            yield from bounded_numbers(value, where)
+        elif isinstance(value, int | float) and any(
+            isinstance(note, Unit | Between) for note in get_args(hints[field.name])
+        ):
+            yield where, hints[field.name]
+
+
+def changed(spec: Any, place: tuple[str, ...], value: Any) -> Any:
+    """The dataclass with another value at a place within it."""
+    name, *inner = place
+    return replace(
+        spec, **{name: changed(getattr(spec, name), tuple(inner), value) if inner else value}
+    )
+
+
+WHOLE = replace(STUDY, tracer=Composite(frequency=79e9))
+NUMBERS = [
+    (owner, place, hint)
+    for owner in (WHOLE, RADAR, CAR, POST)
+    for place, hint in bounded_numbers(owner)
+]
+
+
+@pytest.mark.parametrize(
+    ("owner", "place", "hint"), NUMBERS, ids=[".".join(place) for _, place, _ in NUMBERS]
+)
+def test_numbers_out_of_the_bounds_of_study_files_are_refused(
+    owner: Any, place: tuple[str, ...], hint: Any
+) -> None:
+    """They gave samples of NaN, tracebacks of NumPy, or a run that ignored them."""
+    huge = (10**20,) if get_args(hint)[0] is int else (1e300, -1e300, np.inf, -np.inf)
+    for value in huge:
+        if value == np.inf and place[-1] in ENDLESS:
+            changed(owner, place, value)
+            continue
+        with pytest.raises(InputError):
+            changed(owner, place, value)
+
+
+@pytest.mark.parametrize(
+    ("owner", "wrong", "sentence"),
+    [
+        (STUDY, {"num_sweeps": 10**9}, "Study.num_sweeps: 1000000000 is too large; use at most"),
+        (RADAR, {"mount": Pose(yaw=np.inf)}, "StudyRadar.mount.yaw: inf is outside of -3600 deg"),
+        (RADAR, {"noise_figure": np.inf}, "which is 1e-30 to 1e+30 in SI units; give a value"),
+        (CAR, {"speed": 1e5}, "Vehicle.speed: 100000 is outside of -300 m/s to 300 m/s"),
+    ],
+)
+def test_a_number_out_of_bounds_is_refused_with_its_place_and_bounds(
+    owner: Any, wrong: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        replace(owner, **wrong)
+
+
+@pytest.mark.parametrize(
+    "owner",
+    [
+        replace(RADAR, array=AntennaArray(pattern=ISOTROPIC)),
+        replace(STUDY, refresh_interval=np.inf, tracer=Composite(max_length=np.inf)),
+        replace(RADAR, transmit_power=0.0),
+    ],
+    ids=["isotropic", "traced once", "silent"],
+)
+def test_infinity_and_zero_are_taken_where_they_mean_something(owner: Any) -> None:
+    assert replace(owner) == owner

@@ -79,7 +79,7 @@ class ChirpSubtraction(Spec):
 
     kind: Literal["chirp-subtraction"] = "chirp-subtraction"
     shortest: float = 0.4
-    least_sweep: float = 32.0
+    least_sweep: Annotated[float, Between(greatest=65_536)] = 32.0
     most: Annotated[int, Between(greatest=256)] = 40
     false_mitigation: float = 1e-3
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from polychirp.channel.base import AtFrequency
 from polychirp.channel.materials.library import check_materials, material_table
 from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.scene.ground_truth import refuse_radar_inside_body
@@ -47,6 +48,8 @@ def _plain_problems(study: Study) -> Iterator[tuple[str, str]]:
         yield "refresh_interval", f"is {study.refresh_interval:g} s; use more than 0 s"
     if not study.least_traced_time >= 0:
         yield "least_traced_time", f"is {study.least_traced_time:g} s; use 0 s or more"
+    if isinstance(study.tracer, AtFrequency) and not study.tracer.carrier > 0:
+        yield "tracer.frequency", f"is {study.tracer.carrier:g} Hz; use more than 0 Hz"
 
 
 def _name_problems(study: Study) -> Iterator[tuple[str, str]]:
