@@ -75,16 +75,18 @@ def run_page(run: StoredRun, figures: Sequence[Mapping[str, str]]) -> str:
     """The page as HTML, with figures of `figure_of`."""
     study = run.study
     names = [victim.name for victim in run.victims]
+    rows = [frame_data(victim, study.receiver) for victim in run.victims]
     return rendered(
         "run.html",
         title=study.name,
         data={
-            "rows": [frame_data(victim, study.receiver) for victim in run.victims],
+            "rows": rows,
             "causes": causes(),
             "headline": None,
             "street": street_model(scene_of(study)),
         },
         answer=[_sentence(victim) for victim in run.victims],
+        folding=[row["key"] for row in rows if row["is_periodic"]],
         controls=[
             {
                 "name": "case",
@@ -139,6 +141,7 @@ def frame_data(victim: StoredVictim, receiver: AnyReceiver) -> dict[str, Any]:
             causes=victim.score.nature,
             origins=victim.score.origin,
         ),
+        "is_periodic": map_.is_periodic,
         "map": map_data(
             range_=group_means(map_.range, most=ranges),
             range_rate=group_means(map_.range_rate, most=rates),

@@ -76,6 +76,23 @@ def test_speeds_beyond_a_map_of_equal_chirps_are_where_the_map_has_their_echoes(
     assert all("folded" not in one for one in frame_data(fast, STUDY.receiver)["targets"])
 
 
+@pytest.mark.parametrize("is_periodic", [True, False])
+def test_the_page_speaks_of_equal_sweeps_where_a_map_folds_speeds_alone(
+    run, monkeypatch, is_periodic
+):
+    """Steps of MFSK and diverse ramps have maps that do not fold; it spoke of equal chirps."""
+    map_ = RangeRateMap(
+        power=np.ones((8, 50)),
+        range_rate=np.arange(-4.0, 4.0),
+        range=np.arange(50.0),
+        is_periodic=is_periodic,
+    )
+    monkeypatch.setattr("polychirp.report.run_page.part_views", lambda *_: {"all": map_})
+    html = run_page(run, [])
+    assert ("tell closing speeds apart within the map only" in html) == is_periodic
+    assert ("as those of front, rear" in html) == is_periodic
+
+
 def test_a_target_out_of_sight_is_not_called_missed(run):
     """It is visible, but nothing of it can be found: an echo without power, for instance."""
     victim = run.victim("front")
