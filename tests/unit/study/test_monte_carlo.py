@@ -7,7 +7,9 @@ import csv
 import errno
 import json
 import shutil
+import socket
 import sys
+import time
 from collections import Counter
 from dataclasses import replace
 from itertools import islice, product
@@ -695,6 +697,19 @@ def test_an_address_that_is_none_of_dasks_is_one_sentence(place):
     pytest.importorskip("distributed")
     with pytest.raises(InputError, match=r"--cluster: there is no .* like tcp://10\.0\.0\.1:8786"):
         DaskWorkers(cluster=place, count=1)
+
+
+def test_an_address_where_nothing_listens_is_refused_at_once(plan):
+    """Dask tries it again for 30 s."""
+    pytest.importorskip("distributed")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    workers = DaskWorkers(cluster=f"tcp://127.0.0.1:{port}", count=1)
+    tasks = iter([Task(point=0, trial=0, seed=0)])
+    start = time.monotonic()
+    with pytest.raises(RunError, match=r"nothing answers there .* start its scheduler"):
+        list(workers.run([plan.points[0].study], tasks))
+    assert time.monotonic() - start < 15.0
 
 
 def test_a_rule_of_fewer_frames_than_that_of_another_point_has_its_losses():

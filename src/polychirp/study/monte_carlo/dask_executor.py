@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import socket
 import subprocess
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
@@ -24,6 +25,10 @@ _JOB_MEMORY: Final = "4 GB"
 
 _PROTOCOLS: Final = ("tcp", "tls", "ucx", "ws", "wss")
 """Protocols that an address of a Dask scheduler may begin with."""
+
+_ANSWER_TIME: Final = 5.0
+"""Time in which a scheduler must take a connection, s; chosen. Dask tries for 30 s, also where
+nothing listens."""
 
 _BATCHES_PER_WORKER: Final = 2
 """Batches submitted for each worker; with two, no worker waits for its next batch."""
@@ -149,7 +154,23 @@ def _address(workers: DaskWorkers, stack: ExitStack) -> Any:
         # adapt, unlike scale, replaces jobs that end
         cluster.adapt(minimum=workers.count, maximum=workers.count)
         return cluster
+    _refuse_silent(workers.cluster)
     return workers.cluster
+
+
+def _refuse_silent(address: str) -> None:
+    """Refuse the address of a scheduler where nothing takes a connection."""
+    protocol, _, place = address.partition("://")
+    host, _, port = place.rpartition(":")
+    if protocol == "ucx":  # does not go over sockets
+        return
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=_ANSWER_TIME).close()
+    except OSError as error:
+        raise RunError(
+            f"the cluster '{address}' cannot be used: nothing answers there ({error}); start its "
+            "scheduler with 'dask scheduler', or correct the address"
+        ) from error
 
 
 def _check_job(script: str) -> None:
