@@ -20,6 +20,7 @@ from polychirp.model.paths import Bounce
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, mesh_of, plate, transfer_at
 from polychirp.units import to_db
+from tests.support.new_traces import check_rates
 from tests.support.references.diffraction import beside_obstacle
 from tests.support.references.two_screens import below_a_floor
 
@@ -297,13 +298,7 @@ def test_directions_over_an_edge_and_a_mirror_follow_new_traces(pair):
         ENDS,
         velocities=[(12.0, 2.0, 0.0), (-9.0, 1.0, 0.5)],
     )
-    step = 5e-4
-    early, now, late = (_strongest_over_edges(scene.at(t), pair) for t in (-step, 0.0, step))
-    slope = (late.delay_rate - early.delay_rate) / (2 * step)
-    assert SPEED_OF_LIGHT * (now.delay_acceleration - slope) == pytest.approx(0.0, abs=0.1)
-    for name in ("departure", "arrival"):
-        turn = (getattr(late, name) - getattr(early, name)) / (2 * step)
-        np.testing.assert_allclose(getattr(now, f"{name}_rate"), turn, atol=0.01)
+    check_rates(lambda time: _strongest_over_edges(scene.at(time), pair))
 
 
 def _strongest_over_edges(scene, pair):
