@@ -137,7 +137,8 @@ def _spec_units(kind: type) -> dict[str, Any]:
     """Units of a spec's quantities, also in specs within it; of ratios "1"."""
     hints = get_type_hints(kind, include_extras=True)
     units = {
-        name: _spec_units(one) if is_dataclass(one) else _unit(one) for name, one in hints.items()
+        name: _spec_units(one) if isinstance(one, type) and is_dataclass(one) else _unit(one)
+        for name, one in hints.items()
     }
     return {name: unit for name, unit in units.items() if unit}
 
