@@ -5,7 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from polychirp.channel.materials.library import material_table
-from polychirp.channel.physical_optics.illumination import faces_of, facet_levels
+from polychirp.channel.physical_optics.illumination import (
+    faces_of,
+    facet_levels,
+    illumination_of,
+)
 from polychirp.channel.physical_optics.kernels import (
     ILLUMINATED,
     MIXED,
@@ -14,7 +18,6 @@ from polychirp.channel.physical_optics.kernels import (
     common_state,
     illumination_states,
     refine_shadow_edge,
-    sees_any_facet,
 )
 from polychirp.channel.physical_optics.views import View, view_table
 from polychirp.channel.scene.blockers import in_frame_of
@@ -73,14 +76,23 @@ def test_with_mixed_patches_every_facet_has_its_ray():
     )
 
 
-def test_a_view_sees_any_of_a_body_if_one_of_its_facets_is_lit():
+def test_views_that_see_no_patch_are_left_out_and_change_nothing_in_others():
+    """One radar sees half of a sphere behind a box, and one nothing of it behind a wall."""
     world = half_hidden_sphere()
-    table, blockers = looked_at(world)
-    faces = faces_of(world.surfaces[0])
-    states = illumination_states(faces, table, blockers)[0]
-    for state, expected in ((ILLUMINATED, True), (SHADOWED, False), (TURNED_AWAY, False)):
-        some = faces.select(np.flatnonzero(states == state))
-        assert sees_any_facet(some, table, blockers).tolist() == [expected]
+    wall = Actor(
+        name="wall",
+        kind="object",
+        mesh=mesh_of(box((0.2, 4.0, 4.0), 0.4)),
+        pose=Pose(x=-3.0),
+    )
+    scene = around([*world.scene.actors[1:], wall], [(-10.0, 0.0, 0.0), (10.0, 0.0, 0.0)])
+    both = world_of(scene, frequency=79e9, dynamic_range=1e6, table=material_table({}))
+    views = [View(world=both, radar=radar, body=0) for radar in range(2)]
+    found = illumination_of(both, 0, views)
+    alone = illumination_of(world, 0, [View(world=world, radar=0, body=0)])
+    assert found.views == (views[1],)
+    np.testing.assert_array_equal(found.lit.face, alone.lit.face)
+    assert illumination_of(both, 0, views[:1]).views == ()
 
 
 def test_what_is_above_the_horizon_is_seen_as_by_its_ray():

@@ -80,12 +80,13 @@ class Patches(NamedTuple):
 class BentView(View):
     """Radar ``radar`` as body ``body`` sees it over edge ``edge`` of the body ``blocker``.
 
-    ``patches`` are the body's, and ``at_patches`` the waves over all edges above those that may
-    face the radar.
-    ``least_length`` m is a bound below the length of all paths, and ``greatest_wave`` the greatest
-    amplitude over that without the blocker.
+    ``straight`` is the view without the blocker. ``patches`` are the body's, and ``at_patches`` the
+    waves over all edges above those that may face the radar. ``least_length`` m is a bound below
+    the length of all paths, and ``greatest_wave`` the greatest amplitude over that without the
+    blocker.
     """
 
+    straight: View
     blocker: int
     edges: Edges
     edge: int
@@ -108,6 +109,11 @@ class BentView(View):
     def most_reflection(self) -> float:
         """Greatest amplitude of the wave, over that without the blocker."""
         return self.greatest_wave
+
+    @cached_property
+    def most_gain(self) -> float:
+        """Greatest power gain of the radar's antenna element towards the body's sphere."""
+        return self.straight.most_gain
 
     @cached_property
     def bending_actor(self) -> int:
@@ -288,7 +294,7 @@ def _views_over(
     found = []
     for edge in range(NUM_EDGES):
         is_lit = np.abs(waves.field[edge]) > WEAKEST_WAVE
-        is_lit &= np.sum(patches.normal * waves.direction[edge], axis=-1) < 0.0
+        is_lit &= _dots(patches.normal, waves.direction[edge]) < 0.0
         if not np.any(is_lit):
             continue
         greatest = float(np.max(np.abs(waves.field[edge, is_lit])))
@@ -300,6 +306,7 @@ def _views_over(
                 world=world,
                 radar=view.radar,
                 body=view.body,
+                straight=view,
                 blocker=blocker,
                 edges=edges,
                 edge=edge,
@@ -376,12 +383,17 @@ def _patches_of(world: World, view: View) -> Patches:
     lifted = surface.centroid[patch] + SHADOW_RAY_LIFT * surface.normal[patch]
     place = lifted @ rotation.T + (world.position[view.body] - view.source)
     normal = surface.normal[patch] @ rotation.T
-    away = np.maximum(np.linalg.norm(place, axis=-1), 1e-9)
+    away = np.maximum(np.sqrt(_dots(place, place)), 1e-9)
     # facets are turned from the middle one of their patch, and seen from a little aside
     most = np.arcsin(MOST_TURNED_AWAY) + _spread_of(surface)
     most += np.arcsin(np.minimum(PATCH_REACH / away, 1.0))
-    facing = np.sum(place * normal, axis=-1) / away
+    facing = _dots(place, normal) / away
     return Patches(place, normal, (most >= 0.5 * np.pi) | (facing < np.sin(most)))
+
+
+def _dots(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Scalar products of vectors ``(row, xyz)``; NumPy's sums along short rows take longer."""
+    return np.asarray(np.einsum("rx,rx->r", one, other))
 
 
 @lru_cache(maxsize=64)
@@ -422,10 +434,10 @@ def _reached_patches(world: World, view: BentView) -> BoolArray:
     lift = EDGE_CLEARANCE * view.edges.outwards[view.edge]
     start = view.source
     # one ray to the edge suffices: all rays to it are near each other
-    middle = some[np.argmin(np.sum((place[some] - place[some].mean(axis=0)) ** 2, axis=-1))]
+    off = place[some] - place[some].mean(axis=0)
+    middle = some[np.argmin(_dots(off, off))]
     towards = start + waves.bend[view.edge, middle, :1] + lift
-    near = _obstacles(world, start, towards)
-    if blocked(world, start[None], towards, but_body=view.blocker, among=near)[0]:
+    if blocked(world, start[None], towards, but_body=view.blocker)[0]:
         return np.zeros(len(is_lit), dtype=np.bool_)
     some = np.flatnonzero(is_lit)
     bend = start + waves.bend[view.edge, some, 1] + lift

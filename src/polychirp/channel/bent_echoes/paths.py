@@ -87,7 +87,7 @@ def bent_echoes(
     >>> float(round(echo(screen, target) / echo(target), 2))
     0.25
     """
-    direct = direct_views(world, body, radars_of(pairs))
+    direct = direct_views(world, body, radars_of(world, pairs, body))
     seen = direct_illumination(world, body, direct)
     bent = [over for view in direct for over in _views_over_edges(world, view)]
     once = within_dynamic_range(

@@ -18,11 +18,11 @@ from polychirp.channel.physical_optics.kernels import (
     SHADOW_RAY_LIFT,
     Faces,
     LitFacets,
+    StateArray,
     common_state,
     illumination_states,
     lit_facets,
     refine_shadow_edge,
-    sees_any_facet,
 )
 from polychirp.channel.physical_optics.view_losses import view_losses
 from polychirp.channel.physical_optics.views import View, ViewTable, view_table
@@ -125,31 +125,33 @@ def illumination_of(world: World, body: int, views: Sequence[View]) -> Illuminat
 
     A view from which no patch's middle facet is visible is left out, as if it saw no facet.
     """
-    blockers = in_frame_of(world, world.rotation[body], world.position[body])
-    levels = facet_levels(world.surfaces[body])
-    seeing: tuple[View, ...] = ()
-    if views:
-        is_seeing = sees_any_facet(levels.patches, view_table_of(views, world, body), blockers)
-        seeing = tuple(view for view, sees in zip(views, is_seeing, strict=True) if sees)
-    if not seeing:
+    if not views:
         return Illumination(world=world, body=body, views=(), lit=_no_lit_facets())
-    table = view_table_of(seeing, world, body)
-    is_lit = _is_lit(world.surfaces[body], table, blockers)
+    surface, table = world.surfaces[body], view_table_of(views, world, body)
+    blockers = in_frame_of(world, world.rotation[body], world.position[body])
+    levels = facet_levels(surface)
+    found = illumination_states(levels.patches, table, blockers)
+    is_seeing = np.any(found == ILLUMINATED, axis=1)
+    if not np.any(is_seeing):
+        return Illumination(world=world, body=body, views=(), lit=_no_lit_facets())
+    seeing = tuple(view for view, sees in zip(views, is_seeing, strict=True) if sees)
+    table = table.select(is_seeing)
+    is_lit = _is_lit(surface, table, blockers, found[is_seeing])
     lit = lit_facets(levels.faces, table, is_lit)
     return Illumination(world=world, body=body, views=seeing, lit=lit)
 
 
-def _is_lit(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
+def _is_lit(surface: Surface, table: ViewTable, blockers: Blockers, found: StateArray) -> BoolArray:
     """Mask of the facets that views see, directly or in mirrors, ``(view, face)``.
 
-    Shadow rays go to the middle facet of every patch. Where the states of a patch and of those
-    around it differ, the edge of a shadow is near: there a shadow ray goes to every facet. Shadows
-    whose edges follow the patches made echoes in mirrors wrong by 6 dB, with facets of any size.
+    ``found`` ``(view, patch)`` are the states of the middle facets of all patches, by one shadow
+    ray each. Where the states of a patch and of those around it differ, the edge of a shadow is
+    near: there a shadow ray goes to every facet. Shadows whose edges follow the patches made echoes
+    in mirrors wrong by 6 dB, with facets of any size.
     """
-    levels = facet_levels(surface)
-    found = illumination_states(levels.patches, table, blockers)
     common = common_state(found, surface.patch_near)
-    state = refine_shadow_edge(levels.faces, table, blockers, surface.patch, common)
+    faces = facet_levels(surface).faces
+    state = refine_shadow_edge(faces, table, blockers, surface.patch, common)
     return np.asarray(state == ILLUMINATED)
 
 

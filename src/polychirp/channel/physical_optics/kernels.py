@@ -238,25 +238,6 @@ def _fill_states(
         out[view, f] = state
 
 
-def sees_any_facet(faces: Faces, views: ViewTable, blockers: Blockers) -> BoolArray:
-    """Mask of the views in which at least one of the faces is illuminated, ``(view,)``."""
-    out = np.zeros(len(views.plate), dtype=np.bool_)
-    in_ranges(_find_seeing, len(out), faces, views, blockers, out)
-    return out
-
-
-@compiled
-def _find_seeing(
-    begin: int, end: int, faces: Faces, views: ViewTable, blockers: Blockers, out: BoolArray
-) -> None:
-    for view in range(begin, end):
-        s = row(views.image, view)
-        for f in range(faces.area.size):
-            if _is_facing(faces, f, s) and _is_lit(views, blockers, view, faces, f):
-                out[view] = True
-                break
-
-
 @compiled
 def common_state(state: StateArray, near: IntArray) -> StateArray:
     """State shared by the patches around each patch that face a view, or `MIXED`.

@@ -88,7 +88,7 @@ def scatters(world: World, body: int) -> bool:
 
 def facet_echoes(world: World, pairs: IntArray, *, body: int) -> PropagationPaths:
     """Paths of ``pairs`` ``(pair, 2)`` over the facets of one body, given by its number."""
-    direct = direct_views(world, body, radars_of(pairs))
+    direct = direct_views(world, body, radars_of(world, pairs, body))
     seen = direct_illumination(world, body, direct)
     _check_facets(seen)
     sums = PairSums(seen, seen, combinations_of(direct, direct, wanted_pairs(pairs)))
@@ -115,7 +115,7 @@ def mirrored_echoes(
     strongest : power of the strongest path found so far, ``(transmitter, receiver)``
     body : number of the body
     """
-    direct = direct_views(world, body, radars_of(pairs))
+    direct = direct_views(world, body, radars_of(world, pairs, body))
     mirrored = [
         View(world=world, radar=view.radar, body=body, plate=int(plate))
         for view in direct
@@ -145,9 +145,14 @@ def mirrored_echoes(
     return only_pairs(pairs, gather(found))
 
 
-def radars_of(pairs: IntArray) -> tuple[int, ...]:
-    """Numbers of the radars of ``pairs``."""
-    return tuple(int(radar) for radar in np.unique(pairs))
+def radars_of(world: World, pairs: IntArray, body: int) -> tuple[int, ...]:
+    """Numbers of the radars of those ``pairs`` of which neither is on the body.
+
+    A radar's own vehicle is within centimetres of the antenna, where physical optics does not hold:
+    its echoes count as part of the antenna's installation.
+    """
+    is_on_body = np.array(world.scene.carriers)[pairs] == world.body[body]
+    return tuple(int(radar) for radar in np.unique(pairs[~np.any(is_on_body, axis=1)]))
 
 
 def wanted_pairs(pairs: IntArray) -> set[tuple[int, int]]:
@@ -157,13 +162,8 @@ def wanted_pairs(pairs: IntArray) -> set[tuple[int, int]]:
 
 @lru_cache(maxsize=4)  # for each of two threads, the body that it traces and one to spare
 def direct_views(world: World, body: int, radars: tuple[int, ...]) -> tuple[View, ...]:
-    """Direct views of the radars within the greatest path length, without those on the body.
-
-    A radar's own vehicle is within centimetres of the antenna, where physical optics does not hold:
-    its echoes count as part of the antenna's installation.
-    """
-    others = [radar for radar in radars if world.scene.carriers[radar] != world.body[body]]
-    views = [View(world=world, radar=radar, body=body) for radar in others]
+    """Direct views of the radars within the greatest path length."""
+    views = [View(world=world, radar=radar, body=body) for radar in radars]
     return tuple(view for view in views if view.distance <= world.max_length)
 
 

@@ -221,6 +221,11 @@ class ViewTable(NamedTuple):
         """True if panes or clouds may lie between any view and the body."""
         return bool(np.any(self.start[:, NEAR_PANES] < self.start[:, -1]))
 
+    def select(self, is_kept: BoolArray) -> "ViewTable":
+        """Some of the views; mask ``(view,)``."""
+        columns = {name: getattr(self, name)[is_kept] for name in self._fields if name != "near"}
+        return self._replace(**columns)
+
 
 def view_table(views: Sequence[View], rotation: FloatArray, position: FloatArray) -> ViewTable:
     """Views of one body in its frame, which is turned by ``rotation`` at ``position`` (m)."""

@@ -7,6 +7,7 @@ other. `Blockers` is a flat tuple, as parallel loops cannot take tuples of tuple
 """
 
 import math
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -74,6 +75,12 @@ def in_frame_of(world: World, rotation: FloatArray, position: FloatArray) -> Blo
             ]
         ),
     )
+
+
+@lru_cache(maxsize=2)
+def in_world_frame(world: World) -> Blockers:
+    """Blockers of a world in its own frame, cached because many tests of few rays need them."""
+    return in_frame_of(world, np.eye(3), np.zeros(3))
 
 
 @inlined

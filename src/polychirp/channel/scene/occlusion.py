@@ -12,7 +12,7 @@ from polychirp.channel.scene.blockers import (
     Blockers,
     crosses_plate,
     hits_body,
-    in_frame_of,
+    in_world_frame,
     into_body,
     nodes_of,
 )
@@ -98,7 +98,7 @@ def blocked(
     bodies, plates = opaque_obstacles(world) if among is None else among
     bodies = bodies[bodies != but_body]
     rays = paired_rays(starts, ends)
-    blockers = in_frame_of(world, np.eye(3), np.zeros(3))
+    blockers = in_world_frame(world)
     if world.caster == "numba":
         return _blocked(blockers, bodies, plates, rays, clearance)
     from polychirp.channel.scene.embree import blocked_by_bodies

@@ -30,7 +30,7 @@ from polychirp.channel.scene.blockers import (
     face_normal,
     first_hit_in_body,
     hits_body,
-    in_frame_of,
+    in_world_frame,
     into_body,
     nodes_of,
 )
@@ -93,7 +93,7 @@ def transmission_matrices(
         in_ranges(
             _fill_matrices,
             len(out),
-            in_frame_of(world, np.eye(3), np.zeros(3)),
+            in_world_frame(world),
             world.media,
             Wave(POLARISATION_AXES, world.wavenumber),
             bodies[bodies != but_body],
