@@ -520,7 +520,12 @@ def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
 def _all_hits(tables: list[Hits]) -> Hits:
     """The hits of several tables; a single table with hits is not copied."""
     some = [hits for hits in tables if len(hits)]
-    return some[0] if len(some) == 1 else np.concatenate([np.empty(0, dtype=HIT), *some])
+    if len(some) == 1:
+        return some[0]
+    # as plain bytes: numpy copies records field by field
+    plain = np.dtype((np.void, HIT.itemsize))
+    joint = np.concatenate([np.empty(0, dtype=plain), *(hits.view(plain) for hits in some)])
+    return joint.view(HIT)
 
 
 def _hits_to_halve(request: _Request, radar: int, level: Level, hits: Hits, depth: int) -> IntArray:
