@@ -5,13 +5,14 @@ import re
 import subprocess
 import sys
 from itertools import count
+from typing import NamedTuple
 
 import numba
 import numpy as np
 import pytest
 from numba import complex64
 
-from polychirp.jit import compiled, fast_inlined, inlined, inner, reordered
+from polychirp.jit import borrowed, compiled, fast_inlined, inlined, inner, reordered
 
 
 @inner
@@ -133,3 +134,30 @@ def test_a_type_that_is_gone_keeps_no_kernel_from_being_compiled(tmp_path):
         )
         assert ran.stdout == "6.0\n", ran.stderr
     assert len(list((tmp_path / "cache").rglob("*.nbi"))) == 1
+
+
+class Table(NamedTuple):
+    """Arrays and a number, as kernels take them."""
+
+    number: np.ndarray
+    weight: np.ndarray
+    scale: float
+
+
+@compiled
+def weighted(table, out):
+    """Sum of the weights, taken from borrowed arrays, and written into one."""
+    table, out = borrowed(table), borrowed(out)
+    for i in range(len(table.number)):
+        part = table.weight[table.number[i] :]
+        out[0] += table.scale * part[0]
+
+
+def test_borrowed_arrays_are_those_given_and_stay_alive():
+    table = Table(np.array([2, 0]), np.array([1.0, 2.0, 4.0]), 0.5)
+    out = np.zeros(1)
+    counts = [sys.getrefcount(array) for array in (*table[:2], out)]
+    for _ in range(3):
+        weighted(table, out)
+    assert out[0] == 3 * 0.5 * (4.0 + 1.0)
+    assert [sys.getrefcount(array) for array in (*table[:2], out)] == counts

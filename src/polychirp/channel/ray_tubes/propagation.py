@@ -45,7 +45,7 @@ from polychirp.channel.ray_tubes.launch_grid import Launch
 from polychirp.channel.ray_tubes.radiation import HIT, Hits, record
 from polychirp.channel.scene.blockers import Blockers
 from polychirp.channel.scene.world import RADAR_CLEARANCE
-from polychirp.jit import compiled, inlined, inner
+from polychirp.jit import borrowed, compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 TUBES_PER_CHUNK: Final = 256
@@ -254,6 +254,8 @@ def _trace(
 
     A count may exceed the length of its row of ``hits``; the hits beyond that length are lost.
     """
+    launch, tubes, space = borrowed(launch), borrowed(tubes), borrowed(space)
+    faces, media, hits = borrowed(faces), borrowed(media), borrowed(hits)
     for chunk in range(begin, end):
         some = slice(chunk * TUBES_PER_CHUNK, (chunk + 1) * TUBES_PER_CHUNK)
         part = Tubes(tubes.number[some], tubes.max_turns[some])

@@ -13,7 +13,7 @@ from polychirp.channel.physical_optics.facet_integral import facet_integral, pha
 from polychirp.channel.physical_optics.kernels import ComplexVector, across_plane_of_incidence
 from polychirp.channel.ray_tubes.fields import Ray, acceleration_to, foci_within, focused
 from polychirp.channel.ray_tubes.intersections import Contact, turn_of_normal
-from polychirp.jit import compiled, inlined, inner
+from polychirp.jit import borrowed, compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 HIT: Final = np.dtype(
@@ -268,7 +268,8 @@ def _radiate(
     wavenumber: float,
     out: Radiated,
 ) -> None:
-    transfer, direction, distance, power = out.transfer, out.direction, out.distance, out.power
+    transfer, direction, distance, power = borrowed(out)
+    hits, sink, may_be_last = borrowed(hits), borrowed(sink), borrowed(may_be_last)
     for i in range(begin, end):
         hit = hits[i]
         q, r2 = _last_leg(hit, sink)
@@ -309,6 +310,8 @@ def _estimate_power(
     power: FloatArray,
     direction: FloatArray,
 ) -> None:
+    hits, sink, may_be_last = borrowed(hits), borrowed(sink), borrowed(may_be_last)
+    power, direction = borrowed(power), borrowed(direction)
     for i in range(begin, end):
         hit = hits[i]
         q, r2 = _last_leg(hit, sink)

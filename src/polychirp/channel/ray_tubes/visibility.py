@@ -16,7 +16,7 @@ from polychirp.channel.ray_tubes.radiation import Hits
 from polychirp.channel.scene.blockers import Blockers, crosses_plate
 from polychirp.channel.scene.transmission import Leg, Wave, transmission_matrix
 from polychirp.channel.scene.world import RADAR_CLEARANCE
-from polychirp.jit import compiled, inlined, inner
+from polychirp.jit import borrowed, compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 FEWEST_HITS: Final = 64
@@ -118,6 +118,7 @@ def _find_visible(
     out: BoolArray,
 ) -> None:
     """Mark in ``out`` the hits ``which`` with nothing opaque on the leg to the receiver."""
+    space, obstacles, hits = borrowed(space), borrowed(obstacles), borrowed(hits)
     start = vector(sink)
     notes = np.empty(space.room, dtype=np.float32)
     for i in range(begin, end):
@@ -157,6 +158,8 @@ def _fill_last_legs(
     wave: Wave,
     out: ComplexArray,
 ) -> None:
+    space, faces, media = borrowed(space), borrowed(faces), borrowed(media)
+    obstacles, hits = borrowed(obstacles), borrowed(hits)
     notes, veils = (
         np.empty(space.room, dtype=np.float32),
         np.empty(space.body.size, dtype=np.int64),
