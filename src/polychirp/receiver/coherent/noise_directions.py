@@ -14,6 +14,7 @@ II, 4.5)
 is the noise power that counts for amplitudes z.
 """
 
+import itertools
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -22,6 +23,7 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.receiver.coherent.coherent_map import GREATEST_OF_NOISE, range_floors
 from polychirp.receiver.coherent.least_squares import mixed
+from polychirp.receiver.coherent.noise import medians
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
@@ -67,19 +69,23 @@ class NoiseDirections:
         """The noise of profiles whose channels are white and which show no points."""
         axes = profiles.axes
         rates = axes.range_rate[:: max(1, axes.range_rate.size // RATES)]
-        real, imag = profiles.sums(seen, rates).astype(np.float64)
         place, _ = profiles.places(seen, rates)
         size = total_weights(profiles.weight, place, axes.range.size)
-        sums = (real + 1j * imag) / np.sqrt(size)
-        power = np.sum(np.abs(sums) ** 2, axis=0).astype(np.float32)
+        scale = 1.0 / np.sqrt(size).astype(np.float64)
+        real, imag = profiles.sums(seen, rates)
+        sums = np.empty(real.shape, dtype=np.complex128)
+        np.multiply(real, scale, out=sums.real)
+        np.multiply(imag, scale, out=sums.imag)
+        power = np.asarray(sum(map(_squares, sums)))
         number = max(1, axes.range.size // BAND)
         band = np.arange(axes.range.size) * number // axes.range.size
-        cells = [sums[..., band == one].reshape(len(sums), -1) for one in range(number)]
+        begin = np.searchsorted(band, np.arange(number + 1))
+        bands = [slice(*ends) for ends in itertools.pairwise(begin)]
         return cls(
             axes=axes,
             band=band,
-            floor=range_floors(power, len(sums)),
-            whitening=np.stack([_whitening(some) for some in cells]),
+            floor=range_floors(power.astype(np.float32), len(sums)),
+            whitening=np.stack([_whitening(sums[:, :, one], power[:, one]) for one in bands]),
         )
 
     @property
@@ -116,34 +122,39 @@ class NoiseDirections:
         return np.asarray(self.floor[column] * np.where(power > 0.0, ratio, 1.0))
 
 
-def _whitening(cells: ComplexArray) -> ComplexArray:
-    """Matrix that makes cells ``(channel, cell)`` white that are so in the mean.
+def _squares(value: ComplexArray) -> FloatArray:
+    """Squares of the magnitudes, which take less time than those of `numpy.abs`."""
+    return np.asarray(value.real**2 + value.imag**2)
+
+
+def _whitening(cells: ComplexArray, power: FloatArray) -> ComplexArray:
+    """Matrix that makes cells ``(channel, rate, range)`` white that are so in the mean.
 
     Powers along the eigenvectors are medians, which the cells of points do not raise. They are
-    relative to a floor that is the median of the channels' sum, as if they were white.
+    relative to a floor that is the median of the channels' sum, ``power`` ``(rate, range)``, as if
+    they were white.
     """
     from scipy.special import gammaincinv
 
     channels = len(cells)
-    total = np.sum(np.abs(cells) ** 2, axis=0)
-    middle = float(np.median(total))
+    cells, total = cells.reshape(channels, -1), power.ravel()
+    middle = float(medians(total))
     if channels == 1 or middle <= 0.0:
         return np.eye(channels, dtype=np.complex128)
-    noise = cells[:, total <= GREATEST_OF_NOISE * middle]
-    value, vector = np.linalg.eigh(noise @ noise.conj().T)
-    if value[-1] <= LEAST_SPREAD * _greatest_of_white(noise.shape) * value.mean():
+    is_noise = total <= GREATEST_OF_NOISE * middle
+    value, vector = np.linalg.eigh((cells * is_noise) @ cells.conj().T)
+    spread = LEAST_SPREAD * _greatest_of_white(channels, int(np.count_nonzero(is_noise)))
+    if value[-1] <= spread * value.mean():
         return np.eye(channels, dtype=np.complex128)
-    along = vector.conj().T @ cells
-    power = np.median(np.abs(along) ** 2, axis=1) / np.log(2.0)
-    power /= middle / gammaincinv(channels, 0.5)
+    powers = medians(_squares(vector.conj().T @ cells)) / np.log(2.0)
+    powers /= middle / gammaincinv(channels, 0.5)
     least = np.finfo(np.float64).tiny
-    return np.asarray(vector.conj().T / np.sqrt(np.maximum(power, least))[:, None])
+    return np.asarray(vector.conj().T / np.sqrt(np.maximum(powers, least))[:, None])
 
 
-def _greatest_of_white(shape: tuple[int, int]) -> float:
-    """Greatest eigenvalue, over the mean, of the covariance of white cells ``(channel, cell)``.
+def _greatest_of_white(channels: int, cells: int) -> float:
+    """Greatest eigenvalue, over the mean, of the channels' covariance over so many white cells.
 
     The law of Marchenko and Pastur (1967), for many channels and cells.
     """
-    channels, cells = shape
     return float((1.0 + np.sqrt(channels * CELLS_PER_VALUE / cells)) ** 2)
