@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
 from polychirp.receiver.coherent.agreement import Agreement
-from polychirp.receiver.coherent.noise import medians
+from polychirp.receiver.coherent.noise import medians, medians_of_copy
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.rate_blocks import powers
@@ -153,9 +153,14 @@ def channel_covariance(seen: Observation, profiles: Profiles) -> ComplexArray:
     return np.asarray(cells @ cells.conj().T / cells.shape[1])
 
 
-def coherent_map(seen: Observation, profiles: Profiles) -> CoherentMap:
-    """The map of profiles whose channels are white."""
-    power = powers(seen, profiles)
+def coherent_map(
+    seen: Observation, profiles: Profiles, memory: NDArray[np.float32] | None = None
+) -> CoherentMap:
+    """The map of profiles whose channels are white.
+
+    It overwrites ``memory``, that of an earlier map which is not needed any more; None for new one.
+    """
+    power = powers(seen, profiles, memory)
     return CoherentMap(
         power=power,
         range_floor=range_floors(power, profiles.value.shape[1]),
@@ -171,7 +176,8 @@ def range_floors(power: NDArray[np.float32], num_channels: int) -> FloatArray:
     from scipy.special import gammaincinv
 
     step = max(1, power.shape[0] // ROWS_FOR_FLOOR)
-    median = medians(np.ascontiguousarray(power[::step].T)) / gammaincinv(num_channels, 0.5)
+    some = np.array(power[::step].T, order="C")
+    median = medians_of_copy(some) / gammaincinv(num_channels, 0.5)
     padded = np.pad(median, NEIGHBOURS, mode="edge")
     width = 2 * NEIGHBOURS + 1
     return np.asarray(np.convolve(padded, np.full(width, 1.0 / width), mode="valid"))
@@ -186,7 +192,8 @@ def rate_floors(power: NDArray[np.float32], num_channels: int) -> FloatArray:
     from scipy.special import gammaincinv
 
     step = max(1, power.shape[1] // RANGES_FOR_FLOOR)
-    floor = medians(np.ascontiguousarray(power[:, ::step])) / gammaincinv(num_channels, 0.5)
+    some = np.array(power[:, ::step], order="C")
+    floor = medians_of_copy(some) / gammaincinv(num_channels, 0.5)
     return np.where(floor > LEAST_RIDGE * np.median(floor), floor, 0.0)
 
 

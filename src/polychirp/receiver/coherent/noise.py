@@ -74,7 +74,7 @@ def _levels(seen: Observation, residual: Spectra) -> FloatArray:
     bins = max(1, LEVELS_PER_WIDTH * size // width)
     middle = np.rint(np.fft.fftshift(np.fft.fftfreq(bins)) * size).astype(np.int64)
     near = (middle[:, None] + np.arange(width) - width // 2) % size
-    return medians(power[:, near]).astype(np.float64)
+    return medians_of_copy(power[:, near]).astype(np.float64)
 
 
 def medians(value: NDArray[Real]) -> NDArray[Real]:
@@ -83,12 +83,17 @@ def medians(value: NDArray[Real]) -> NDArray[Real]:
     They are those of `numpy.median`, which takes some times longer: it selects two values and
     looks for NaN, and a selection of one value uses vector instructions.
     """
+    return medians_of_copy(value.copy())
+
+
+def medians_of_copy(value: NDArray[Real]) -> NDArray[Real]:
+    """The same of values that are not needed any more: they are put in another order."""
     half = value.shape[-1] // 2
-    ordered = np.partition(value, half, axis=-1)
-    upper = ordered[..., half]
+    value.partition(half, axis=-1)
+    upper = value[..., half]
     if value.shape[-1] % 2:
-        return upper
-    return np.asarray((np.max(ordered[..., :half], axis=-1) + upper) / 2, dtype=value.dtype)
+        return upper.copy()
+    return np.asarray((np.max(value[..., :half], axis=-1) + upper) / 2, dtype=value.dtype)
 
 
 def _usual(level: FloatArray, frequency: FloatArray, stretch: FloatArray) -> FloatArray:

@@ -117,12 +117,13 @@ def find_points(
         return points, samples, seen, None
     residual, untried = samples, None
     accelerations = Accelerations.of(seen)
-    is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
+    memory = np.empty((axes.range_rate.size, axes.range.size), dtype=np.float32)  # of all maps
+    is_tried = np.zeros(memory.shape, dtype=bool)
     num_rough, num_uncrossed = MOST_ROUGH_MAPS, 0
     for number in range(1, MOST_MAPS + 1):
         seen, profiles = adapted(seen, residual, axes, is_rough=num_rough > 0)
         residual = residual.weighted(seen)
-        seen_map = coherent_map(seen, profiles)
+        seen_map = coherent_map(seen, profiles, memory)
         points = with_floors(points, seen_map, axes)
         points, residual = strong(seen, residual, points, threshold)
         top = max(top, float(seen_map.power.max()), float(np.max(points.strength, initial=0.0)))
