@@ -177,7 +177,7 @@ def _best(
 def _sums(seen: Observation, residual: Residual, points: Points) -> ComplexArray:
     """Sums over each ramp without the points' phases, ``(point, channel, ramp)``."""
     here = Replicas.of(seen, points)
-    return mixed(seen, here.matched(residual.sums(seen, here))[0])
+    return mixed(seen, here.matched(residual.sums(seen, here)))
 
 
 def _power(sums: ComplexArray, turns: NDArray[np.complex64]) -> FloatArray:

@@ -57,7 +57,7 @@ class Agreement:
     def at(cls, seen: Observation, residual: Residual, points: Points) -> Self:
         """Sums over the residual at the motions of points that are not subtracted from it."""
         here = Replicas.of(seen, points)
-        value = mixed(seen, here.matched(residual.sums(seen, here))[0])
+        value = mixed(seen, here.matched(residual.sums(seen, here)))
         return cls.of(seen, value, here.size(seen))
 
     @classmethod

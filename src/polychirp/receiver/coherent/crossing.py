@@ -195,7 +195,7 @@ def _likely(
 
 def _left(seen: Observation, residual: Residual, at: Replicas) -> ComplexArray:
     """Sums over what is left, matched to signals, on white channels, ``(point, channel)``."""
-    return mixed(seen, at.matched(residual.sums(seen, at))[0].sum(axis=-1))
+    return mixed(seen, at.matched(residual.sums(seen, at)).sum(axis=-1))
 
 
 def _captured(gram: ComplexArray, value: ComplexArray) -> float:
@@ -239,7 +239,7 @@ def _replaced(
     """Points with others in the place of a pair, fitted with their neighbours, and what is left."""
     start = replace(points[pair], motion=motion, growth=np.zeros(2))
     here, old = Replicas.of(seen, start), Replicas.of(seen, points[pair])
-    matched = here.matched(residual.sums(seen, here))[0].sum(axis=-1)
+    matched = here.matched(residual.sums(seen, here)).sum(axis=-1)
     matched = matched + total_products(seen, here, old) @ points.amplitude[pair]
     amplitude = inverse_of(total_products(seen, here, here)) @ matched
     power = np.sum(np.abs(mixed(seen, amplitude)) ** 2, axis=1) * here.size(seen).sum(axis=1)

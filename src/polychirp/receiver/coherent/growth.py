@@ -60,7 +60,7 @@ def grown(seen: Observation, residual: Residual, points: Points) -> tuple[Points
     centre = size @ elapsed / np.maximum(size.sum(axis=1), 1e-300)
     time = elapsed - centre[:, None]
     white = mixed(seen, here.amplitude)
-    matched = mixed(seen, here.matched(residual.sums(seen, here, every))[0])
+    matched = mixed(seen, here.matched(residual.sums(seen, here, every)))
     prior = 0.5 * points.floor[chosen] / GROWTH_DEVIATION**2
     ahead = np.einsum("pm,pmk,pk->p", white.conj(), matched, time).real
     ahead -= prior * points.growth[chosen]

@@ -21,7 +21,7 @@ def fitted(seen: Observation, residual: Residual, points: Points) -> Points:
     Those that overlap are fitted together.
     """
     here = Replicas.of(seen, points)
-    matched = here.matched(residual.sums(seen, here))[0].sum(axis=-1)
+    matched = here.matched(residual.sums(seen, here)).sum(axis=-1)
     amplitude, size = points.amplitude.copy(), np.ones(len(points))
     for own in groups_of(seen, here):
         inverse = inverse_of(products(seen, here[own])[0].sum(axis=-1))

@@ -56,6 +56,6 @@ def part_powers(seen: Observation, points: Points, parts: ComplexArray) -> Float
     out = np.empty((len(points), len(parts)))
     for n, samples in enumerate(parts):
         left = Residual.of(replace(seen, samples=np.ascontiguousarray(samples)), none)
-        amplitude = inverse @ here.matched(left.sums(seen, here))[0].sum(axis=-1)
+        amplitude = inverse @ here.matched(left.sums(seen, here)).sum(axis=-1)
         out[:, n] = scale * np.abs(np.sum(mixed(seen, amplitude).conj() * own, axis=1)) ** 2
     return out

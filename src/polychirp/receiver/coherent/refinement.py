@@ -95,8 +95,11 @@ def relaxed(
     least_gain : fall of the power, in units of a point's floor, for which a step is taken
     """
     free = np.arange(len(points)) if free is None else free
-    groups = [free[own] for own in groups_of(seen, Replicas.of(seen, points[free]))]
-    points, fallen = swept(seen, residual, points, groups, sweeps=sweeps, least_gain=least_gain)
+    here = Replicas.of(seen, points)
+    groups = [free[own] for own in groups_of(seen, here[free])]
+    points, fallen = swept(
+        seen, residual, points, here, groups, sweeps=sweeps, least_gain=least_gain
+    )
     moved = [own for own, fall in zip(groups, fallen, strict=True) if fall > 0.0]
     if not moved:
         return points, False
@@ -117,7 +120,7 @@ def inner_products(seen: Observation, points: Replicas, sums: ComplexArray) -> F
     ----------
     sums : of the others at the points, as of `Residual.sums`
     """
-    matched = mixed(seen, points.matched(sums)[0].sum(axis=-1))
+    matched = mixed(seen, points.matched(sums).sum(axis=-1))
     own = mixed(seen, points.amplitude)
     return np.asarray(np.einsum("pm,pm->p", own.conj(), matched).real)
 
@@ -199,7 +202,7 @@ def lobes_beside(
     places = replace(points[np.tile(np.arange(count), len(offsets))], motion=motion.reshape(-1, 4))
     here = Replicas.of(seen, places)
     size = here.size(seen).sum(axis=1)
-    matched = here.matched(residual.sums(seen, here))[0].sum(axis=-1) / size[:, None]
+    matched = here.matched(residual.sums(seen, here)).sum(axis=-1) / size[:, None]
     power = np.sum(np.abs(matched @ seen.mixing.T) ** 2, axis=1) * size / places.floor
     power = power.reshape(len(offsets), count)
     best = np.argmax(power, axis=0) * count + np.arange(count)

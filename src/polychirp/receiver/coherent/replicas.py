@@ -16,7 +16,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.jit import reordered, reordered_inner
+from polychirp.jit import compiled, reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.ramps import (
@@ -91,8 +91,9 @@ class Replicas:
 
         It is the sum of the squares of a signal of amplitude 1, as a mean over channels.
         """
-        power = np.mean(self.wave[:, :, 0] ** 2 + self.wave[:, :, 1] ** 2, axis=1)
-        return np.asarray(power * seen.count)
+        size = np.empty((len(self), seen.ramps.num_ramps))
+        _sizes(seen.ramps, self.wave, size)
+        return size
 
     def matched(self, sums: ComplexArray) -> ComplexArray:
         """Sums over samples times the conjugate shapes, with the ramps' weights.
@@ -103,11 +104,12 @@ class Replicas:
 
         Returns
         -------
-        times powers 0 and 1 of the time, ``(2, point, channel, ramp)``
+        ``(point, channel, ramp)``
         """
         wave = self.wave[:, :, 0::2] - 1j * self.wave[:, :, 1::2]
-        zeroth = wave[:, :, 0] * sums[0] + wave[:, :, 1] * sums[1] + wave[:, :, 2] * sums[2]
-        return np.stack([zeroth, wave[:, :, 0] * sums[1] + wave[:, :, 1] * sums[2]])
+        return np.asarray(
+            wave[:, :, 0] * sums[0] + wave[:, :, 1] * sums[1] + wave[:, :, 2] * sums[2]
+        )
 
 
 def sums_of(seen: Observation, of: Replicas, at: Replicas) -> ComplexArray:
@@ -121,7 +123,15 @@ def sums_of(seen: Observation, of: Replicas, at: Replicas) -> ComplexArray:
     """
     sums = np.zeros((len(at), 3, 2, *at.wave.shape[1::2]))
     _sums_of(seen.ramps, of.track, of.wave, of.amplitude, at.track, sums)
-    return np.moveaxis(sums[:, :, 0] + 1j * sums[:, :, 1], 1, 0)
+    return as_complex(sums)
+
+
+def as_complex(sums: FloatArray) -> ComplexArray:
+    """Sums of kernels, ``(point, 3, 2, channel, ramp)``, as ``(3, point, channel, ramp)``."""
+    parts = np.moveaxis(sums, (2, 1), (0, 1))
+    out = np.empty(parts.shape[1:], dtype=np.complex128)
+    out.real, out.imag = parts
+    return out
 
 
 def products(seen: Observation, points: Replicas) -> ComplexArray:
@@ -300,6 +310,17 @@ def _replicas(
 ) -> None:  # pragma: no cover - compiled
     for p in range(len(motion)):
         replica_into(ramps, weights, motion[p], sine[p], growth[p], track[p], wave[p])
+
+
+@compiled
+def _sizes(ramps: Any, wave: Any, out: Any) -> None:  # pragma: no cover - compiled
+    channels = wave.shape[1]
+    for p in range(len(wave)):
+        for k in range(out.shape[1]):
+            total = 0.0
+            for m in range(channels):
+                total += wave[p, m, 0, k] ** 2 + wave[p, m, 1, k] ** 2
+            out[p, k] = total / channels * ramps.table[USED, k]
 
 
 @reordered

@@ -11,7 +11,14 @@ from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.ramps import HALF, HALF_LENGTH
-from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT, Replicas, sums_of
+from polychirp.receiver.coherent.replicas import (
+    BEAT,
+    DRIFT,
+    WEIGHT,
+    Replicas,
+    as_complex,
+    sums_of,
+)
 from polychirp.receiver.coherent.spectra import (
     ORDERS,
     TAPS,
@@ -107,7 +114,7 @@ class Residual:
         """
         value = np.empty((len(at), 3, 2, len(seen.samples), seen.ramps.num_ramps))
         _sums(seen.ramps, self.kernel_view(seen), at.track, value)
-        sums = np.moveaxis(value[:, :, 0] + 1j * value[:, :, 1], 1, 0)
+        sums = as_complex(value)
         if points is None:
             return sums
         gone, come = unlike(self.subtracted, points)

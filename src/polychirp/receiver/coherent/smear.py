@@ -59,7 +59,7 @@ def likeliest_motions(seen: Observation, residual: Residual, points: Points) -> 
     motion = (points.motion + offsets[:, None]).reshape(-1, 4)
     every = points[np.tile(np.arange(len(points)), len(offsets))]
     here = Replicas.of(seen, replace(every, motion=motion))
-    sums = mixed(seen, here.matched(residual.sums(seen, here))[0])
+    sums = mixed(seen, here.matched(residual.sums(seen, here)))
     power = np.sum(np.abs(sums) ** 2, axis=1) / np.maximum(here.size(seen), 1e-300)
     rises = seen.model.schedule.slope > 0.0
     kinds = [power[:, kind].sum(axis=1) for kind in (rises, ~rises) if np.any(kind)]

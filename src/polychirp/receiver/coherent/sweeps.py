@@ -78,6 +78,7 @@ def swept(
     seen: Observation,
     residual: Residual,
     points: Points,
+    here: Replicas,
     groups: list[IntArray],
     *,
     sweeps: int,
@@ -90,10 +91,10 @@ def swept(
     Parameters
     ----------
     residual : that of any points; what these ones leave follows from it
+    here : replicas of the points
     groups : numbers of the points of each
     least_gain : least fall by a step that is worth taking, in units of a point's floor
     """
-    here = Replicas.of(seen, points)
     same = matches(residual.subtracted, here)
     twin = np.full(len(points), -1)
     twin[np.nonzero(same)[1]] = np.nonzero(same)[0]

@@ -121,9 +121,8 @@ def test_the_fall_by_a_sweep_is_that_of_exact_residuals():
     away = np.array([[0.004, 0.002, 0.0], [0.0, 0.003, 0.0], [-0.01, 0.004, 0.0]])
     points = with_amplitudes(seen, points_at(seen, true + away))
     before = Residual.of(seen, points)
-    moved, fallen = swept(
-        seen, before, points, [np.arange(2), np.array([2])], sweeps=1, least_gain=0.0
-    )
+    here, groups = Replicas.of(seen, points), [np.arange(2), np.array([2])]
+    moved, fallen = swept(seen, before, points, here, groups, sweeps=1, least_gain=0.0)
     after = Residual.of(seen, moved)
     assert np.all(fallen > 0.0)
     assert fallen.sum() == pytest.approx(before.energy - after.energy, rel=0.02)
@@ -138,7 +137,8 @@ def test_sweeps_end_where_steps_are_not_worth_taking():
     before = Residual.of(seen, points)
 
     def swept_by(sweeps, least_gain=0.5):
-        return swept(seen, before, points, [np.arange(2)], sweeps=sweeps, least_gain=least_gain)
+        here, groups = Replicas.of(seen, points), [np.arange(2)]
+        return swept(seen, before, points, here, groups, sweeps=sweeps, least_gain=least_gain)
 
     falls = [swept_by(n)[1][0] for n in (1, 2, 40, 50)]
     assert falls[0] < falls[1] < falls[2] == falls[3]
@@ -223,7 +223,8 @@ def test_steps_of_groups_are_those_of_all_samples():
     points = with_amplitudes(seen, points_at(seen, true + away))
     points = replace(points, amplitude=points.amplitude * np.array([[0.9], [0.95 + 0.1j]]))
     residual = Residual.of(seen, points)
-    moved, _ = swept(seen, residual, points, [np.arange(2)], sweeps=1, least_gain=0.0)
+    here = Replicas.of(seen, points)
+    moved, _ = swept(seen, residual, points, here, [np.arange(2)], sweeps=1, least_gain=0.0)
     step = (moved.motion - points.motion)[:, :2]
     assert step == pytest.approx(slow_step(seen, points, residual), abs=4e-4)
 
