@@ -1,4 +1,4 @@
-"""`need_field_types`: dataclasses made in Python whose values are not of their declared types."""
+"""`need_field_types`: dataclasses made in Python whose values do not have the declared types."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -12,7 +12,7 @@ import numpy as np
 
 from polychirp.errors import InputError, short
 from polychirp.spec import ByKind, chosen_by_kind, kinds_of
-from polychirp.units import Between, Unit
+from polychirp.units import Unit
 
 Reader = Callable[[Any, str], str]
 """Function of a value and its place; it gives the sentence of what is wrong, empty if nothing."""
@@ -35,16 +35,16 @@ ENDLESS: Final = frozenset(
         "refresh_interval",
     }
 )
-"""Names of fields that may be infinite, in Python alone, as no study file has such a value: of an
-isotropic antenna, an ideal conductor, paths of any length or power, and paths traced once."""
+"""Names of quantities that may be infinite, in Python alone, as no study file has such a value: of
+an isotropic antenna, an ideal conductor, paths of any length or power, and paths traced once."""
 
 
 def need_field_types(spec: Any) -> None:
-    """Refuse a dataclass with a value of another type than its field, or out of its bounds.
+    """Refuse a dataclass with a value that has another type than its field, at any depth.
 
-    Values at any depth are read. A whole number may stand for a number, and a list or an array for
-    a tuple; NaN is no number. Bounds are those of study files (`Unit`, `Between`), but a ratio
-    of 0, which no level in dB has, is left to the class itself, as is infinity in `ENDLESS` fields.
+    A whole number may stand for a number, and a list or an array for a tuple; NaN is no number,
+    and quantities are finite, but for those of `ENDLESS`. The bounds of study files are not
+    applied: a radar in the far field of a truck is 12 000 km away.
     Where a field chooses a spec by its kind (`ByKind`), a class of your own may stand for it if it
     has the method that the others have. `InputError` is raised at the first such value; its message
     has the place of the value, what it is, and what would work.
@@ -86,7 +86,7 @@ def _reader(hint: Any) -> Reader:
     plain, unit, mark = _unwrapped(hint)
     origin = get_origin(plain)
     if plain in PLAIN:
-        return _bounded(_plain(plain, unit), hint)
+        return _plain(plain, unit)
     if origin is Literal:
         return _literal(get_args(plain))
     if origin is tuple:
@@ -105,26 +105,6 @@ def _unwrapped(hint: Any) -> tuple[Any, Unit | None, ByKind | None]:
     return plain, unit, next((note for note in notes if isinstance(note, ByKind)), None)
 
 
-def _bounded(reader: Reader, hint: Any) -> Reader:
-    """Reader of a plain type that reads the bounds of its annotations as well."""
-    notes = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
-    bounds = [note for note in notes if isinstance(note, Unit | Between)]
-
-    def read(value: Any, place: str) -> str:
-        wrong = reader(value, place)
-        is_endless = value == math.inf and place.rpartition(".")[2] in ENDLESS
-        if wrong or is_endless:
-            return wrong
-        try:
-            for bound in bounds:
-                bound.checked(value)
-        except InputError as error:
-            return f"{place}: {error}"
-        return ""
-
-    return read
-
-
 def _plain(kind: type, unit: Unit | None) -> Reader:
     accepted, name, example = PLAIN[kind]
 
@@ -136,6 +116,9 @@ def _plain(kind: type, unit: Unit | None) -> Reader:
             return f"{place}: {_shown(value)} is no {name}; {advice}"
         if kind is float and math.isnan(number):
             return f"{place}: is NaN, which is no number; write it like {example}"
+        is_endless = unit is None or place.rpartition(".")[2] in ENDLESS
+        if kind is float and math.isinf(number) and not is_endless:
+            return f"{place}: is {number}; give a finite number"
         return ""
 
     return read

@@ -194,33 +194,6 @@ class Unit:
             )
         return value
 
-    def checked(self, value: float) -> float:
-        """The SI value itself; raises `InputError` if it lies outside of the bounds.
-
-        A ratio of 0, which no level in dB has, is left to the class whose field it is.
-
-        >>> Unit("s").checked(2e3)
-        Traceback (most recent call last):
-            ...
-        polychirp.errors.InputError: 2000 is outside of -1000 s to 1000 s, which is -1000 to 1000 in
-        SI units; give a value between them
-        """
-        least, greatest = self._limits
-        is_inside = least <= value <= greatest or (value == 0.0 and least >= 0.0)
-        if not is_inside:
-            low, high = self.bounds
-            raise InputError(
-                f"{value:g} is outside of {low} to {high}, which is {least:g} to {greatest:g} in "
-                "SI units; give a value between them"
-            )
-        return value
-
-    @property
-    def _limits(self) -> tuple[float, float]:
-        """The bounds as SI values."""
-        least, greatest = self.bounds
-        return _limits(self, least, greatest)
-
     def parse(self, text: object) -> float:
         """SI value of ``text``, even out of bounds; raises `InputError` if it is no quantity."""
         if isinstance(text, bool) or not isinstance(text, str):
@@ -260,11 +233,6 @@ class Unit:
             "x-maximum": greatest,
             "examples": [self.example],
         }
-
-
-@cache
-def _limits(unit: Unit, least: str, greatest: str) -> tuple[float, float]:
-    return unit.parse(least), unit.parse(greatest)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

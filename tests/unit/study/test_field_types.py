@@ -18,7 +18,7 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.study.spec import Study, StudyRadar, schedules_of
 from polychirp.traffic.random_traffic import RandomTraffic
 from polychirp.traffic.street import Point, Street, Vehicle
-from polychirp.units import Between, Unit
+from polychirp.units import Unit
 from polychirp.waveform import Sawtooth, Triangular
 
 CAR = Vehicle(name="car", x=0.0, y=0.0)
@@ -83,7 +83,7 @@ POST = Point(name="post", x=12.0, y=0.0, z=0.5, rcs=1.0)
     ("wrong", "sentence"),
     [
         ({"x": np.nan}, "Point.x: is NaN, which is no number"),
-        ({"z": np.inf}, "Point.z: inf is outside of -1000 km to 1000 km, which is -1e+06 to"),
+        ({"z": np.inf}, "Point.z: is inf; give a finite number"),
         ({"rcs": np.nan}, "Point.rcs: is NaN"),
         ({"velocity": (0.0, np.nan, 0.0)}, "Point.velocity[1]: is NaN"),
         ({"velocity": 3.0}, "Point.velocity: 3.0 is no tuple; write it like (…, …, …)"),
@@ -120,19 +120,17 @@ def test_a_waveform_of_ones_own_needs_its_method_alone() -> None:
     assert schedules_of(replace(STUDY, radars=(replace(RADAR, waveform=own),)))[0].num_ramps == 32
 
 
-def bounded_numbers(
-    spec: Any, place: tuple[str, ...] = ()
-) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Place and declared type of every number with bounds in a dataclass, at any depth."""
+def quantities(spec: Any, place: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """Place of every number with a unit in a dataclass, at any depth."""
     hints = get_type_hints(type(spec), include_extras=True)
     for field in fields(spec):
         value, where = getattr(spec, field.name), (*place, field.name)
         if is_dataclass(value):
-            yield from bounded_numbers(value, where)
-        elif isinstance(value, int | float) and any(
-            isinstance(note, Unit | Between) for note in get_args(hints[field.name])
+            yield from quantities(value, where)
+        elif isinstance(value, float) and any(
+            isinstance(note, Unit) for note in get_args(hints[field.name])
         ):
-            yield where, hints[field.name]
+            yield where
 
 
 def changed(spec: Any, place: tuple[str, ...], value: Any) -> Any:
@@ -144,22 +142,15 @@ def changed(spec: Any, place: tuple[str, ...], value: Any) -> Any:
 
 
 WHOLE = replace(STUDY, tracer=Composite(frequency=79e9))
-NUMBERS = [
-    (owner, place, hint)
-    for owner in (WHOLE, RADAR, CAR, POST)
-    for place, hint in bounded_numbers(owner)
-]
+QUANTITIES = [(owner, place) for owner in (WHOLE, RADAR, CAR, POST) for place in quantities(owner)]
 
 
 @pytest.mark.parametrize(
-    ("owner", "place", "hint"), NUMBERS, ids=[".".join(place) for _, place, _ in NUMBERS]
+    ("owner", "place"), QUANTITIES, ids=[".".join(place) for _, place in QUANTITIES]
 )
-def test_numbers_out_of_the_bounds_of_study_files_are_refused(
-    owner: Any, place: tuple[str, ...], hint: Any
-) -> None:
+def test_infinite_quantities_are_refused(owner: Any, place: tuple[str, ...]) -> None:
     """They gave samples of NaN, tracebacks of NumPy, or a run that ignored them."""
-    huge = (10**20,) if get_args(hint)[0] is int else (1e300, -1e300, np.inf, -np.inf)
-    for value in huge:
+    for value in (np.inf, -np.inf):
         if value == np.inf and place[-1] in ENDLESS:
             changed(owner, place, value)
             continue
@@ -170,13 +161,12 @@ def test_numbers_out_of_the_bounds_of_study_files_are_refused(
 @pytest.mark.parametrize(
     ("owner", "wrong", "sentence"),
     [
-        (STUDY, {"num_sweeps": 10**9}, "Study.num_sweeps: 1000000000 is too large; use at most"),
-        (RADAR, {"mount": Pose(yaw=np.inf)}, "StudyRadar.mount.yaw: inf is outside of -3600 deg"),
-        (RADAR, {"noise_figure": np.inf}, "which is 1e-30 to 1e+30 in SI units; give a value"),
-        (CAR, {"speed": 1e5}, "Vehicle.speed: 100000 is outside of -300 m/s to 300 m/s"),
+        (RADAR, {"mount": Pose(yaw=np.inf)}, "StudyRadar.mount.yaw: is inf; give a finite number"),
+        (RADAR, {"noise_figure": np.inf}, "StudyRadar.noise_figure: is inf; give a finite number"),
+        (CAR, {"speed": -np.inf}, "Vehicle.speed: is -inf; give a finite number"),
     ],
 )
-def test_a_number_out_of_bounds_is_refused_with_its_place_and_bounds(
+def test_an_infinite_quantity_is_refused_with_its_place(
     owner: Any, wrong: dict[str, Any], sentence: str
 ) -> None:
     with pytest.raises(InputError, match=re.escape(sentence)):
@@ -189,8 +179,9 @@ def test_a_number_out_of_bounds_is_refused_with_its_place_and_bounds(
         replace(RADAR, array=AntennaArray(pattern=ISOTROPIC)),
         replace(STUDY, refresh_interval=np.inf, tracer=Composite(max_length=np.inf)),
         replace(RADAR, transmit_power=0.0),
+        replace(RADAR, mount=Pose(y=12.2e6), array=AntennaArray(num_channels=2000)),
     ],
-    ids=["isotropic", "traced once", "silent"],
+    ids=["isotropic", "traced once", "silent", "far and wide"],
 )
-def test_infinity_and_zero_are_taken_where_they_mean_something(owner: Any) -> None:
+def test_infinity_zero_and_great_numbers_are_taken_where_they_mean_something(owner: Any) -> None:
     assert replace(owner) == owner
