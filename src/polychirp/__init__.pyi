@@ -138,6 +138,8 @@ from polychirp.receiver.mitigation.noise_canceller import NoiseCanceller as Nois
 from polychirp.receiver.mitigation.ramp_minimum import RampMinimum as RampMinimum
 from polychirp.receiver.mitigation.low_rank_hankel import LowRankHankel as LowRankHankel
 from polychirp.receiver.mitigation.complex_network import ComplexNetwork as ComplexNetwork
+from polychirp.receiver.mitigation.wavelet import Wavelet as Wavelet
+from polychirp.receiver.mitigation.chirp_subtraction import ChirpSubtraction as ChirpSubtraction
 
 # Data of a run
 from polychirp.model.scene import Scene as Scene

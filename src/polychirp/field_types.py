@@ -116,8 +116,8 @@ def _plain(kind: type, unit: Unit | None) -> Reader:
             return f"{place}: {_shown(value)} is no {name}; {advice}"
         if kind is float and math.isnan(number):
             return f"{place}: is NaN, which is no number; write it like {example}"
-        is_endless = unit is None or place.rpartition(".")[2] in ENDLESS
-        if kind is float and math.isinf(number) and not is_endless:
+        may_be_endless = number == math.inf and place.rpartition(".")[2] in ENDLESS
+        if kind is float and unit is not None and math.isinf(number) and not may_be_endless:
             return f"{place}: is {number}; give a finite number"
         return ""
 

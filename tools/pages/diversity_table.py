@@ -53,7 +53,7 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     return (
         row["family"],
         *(
-            f"{value + 0.0:.1f}" if value < NO_INTERFERENCE else "not heard"
+            f"{value + 0.0:.1f}" if value < NO_INTERFERENCE else "not received"
             for value in suppression
         ),
         f"{row['duty']:.2f}",

@@ -63,8 +63,9 @@ def add_parser(subparsers: Any) -> None:
         action="append",
         default=[],
         metavar="KIND",
-        help="coherent, range-doppler, paper or auto, with the settings of the study's "
-        "receiver; may be repeated: all read the same frames (default: the study's receiver)",
+        help="coherent, range-doppler, decoding, mfsk, paper, auto or a plug-in, with the settings "
+        "of the study's receiver; may be repeated: all read the same frames (default: the study's "
+        "receiver)",
     )
     parser.add_argument(
         "--pfa",

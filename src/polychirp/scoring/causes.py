@@ -36,7 +36,7 @@ class Nature(Enum):
     BODY = "body"
     """An echo of a vehicle or object that is no target, or of a target beside its visible metal."""
     CLUTTER = "clutter"
-    """An echo of a road, building or tree."""
+    """An echo of a road, building, tree or street furniture."""
     MULTIPATH = "multipath"
     """An own echo with a mirror on a part of its path: no body is at that place."""
     DIRECT = "direct"

@@ -27,12 +27,12 @@ def row(family: str, *, peak: float) -> dict[str, object]:
     return {**found, "slow_ambiguity": -5.5, "fast_ambiguity": -7.0}
 
 
-def test_suppression_is_in_decibels_and_what_is_never_heard_says_so(tmp_path: Path) -> None:
+def test_suppression_is_in_decibels_and_what_is_not_received_says_so(tmp_path: Path) -> None:
     families = [row("drawn", peak=1e-6), row("apart", peak=1e-14)]
     (tmp_path / RECORD).write_text(json.dumps({"families": families}), encoding="utf-8")
     *_, drawn, apart = diversity_table(tmp_path).splitlines()
     assert drawn == "| drawn | 70.0 | 60.0 | 0.0 | 0.51 | −5.5 | −7.0 |"
-    assert apart == "| apart | not heard | not heard | 0.0 | 0.51 | −5.5 | −7.0 |"
+    assert apart == "| apart | not received | not received | 0.0 | 0.51 | −5.5 | −7.0 |"
 
 
 def test_the_picture_shows_every_row_beside_the_law() -> None:
