@@ -70,15 +70,30 @@ class ByKind:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
         """Schema by which ``kind`` chooses the member; pydantic calls this method."""
+        own = get_args(source) or (source,)
         return {
             "type": "tagged-union",
             "discriminator": "kind" if self.default is None else self._kind,
             "choices": {
                 kind: handler.generate_schema(member)
+                if member in own
+                else _plugged_schema(member, handler)
                 for member in self.members(source)
                 for kind in kinds_of(member)
             },
         }
+
+
+def _plugged_schema(member: type, handler: Any) -> Any:
+    """Schema of a class of another package, or an `InputError` if study files cannot hold it."""
+    try:
+        return handler.generate_schema(member)
+    except RuntimeError as error:  # pydantic's error for types that it does not know
+        reason = str(error).splitlines()[0].split(". ", 1)[0]
+        raise InputError(
+            f"the plug-in {member.__module__}.{member.__name__} cannot be used: study files have "
+            f"no values of the type of one of its fields ({reason}); give the field another type"
+        ) from error
 
 
 def kinds_of(member: type) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 import importlib
 import json
 import sys
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -12,17 +13,20 @@ from polychirp.config.load import _reader, build, with_defaults
 from polychirp.errors import CapabilityError, InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.plugins import plugged
+from polychirp.receiver.attribution import attribute
+from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.rng import Streams
 from polychirp.study.check import check
 from polychirp.study.mitigation.own_methods import methods_named
 from polychirp.study.provenance import canonical_json
 from polychirp.study.restored import restored
-from polychirp.study.spec import Study, StudyRadar, schedules_of
+from polychirp.study.spec import Study, StudyRadar, schedule_of, schedules_of
 from polychirp.study.trial import run_trial
 from polychirp.testing.conformance import check_access, check_receiver, check_waveform
 from polychirp.waveform import HopAfterHit, ListenBeforeTalk, Sawtooth, Slots, Turn
 from tests.support.plugin_package import HALVES, JITTERED, PLAIN_FFT, install
+from tests.support.points import frame_of
 from tests.support.small_study import SMALL_STUDY
 from tests.support.snippets import ROOT, blocks_of
 
@@ -61,6 +65,7 @@ def test_the_page_shows_the_module_that_is_tested():
     assert JITTERED.strip() in [text.strip() for text in texts]
 
 
+SMALL = build(Study, with_defaults(tomllib.loads(SMALL_STUDY)))
 RADAR = {"name": "front", "vehicle": "ego"}
 
 
@@ -84,8 +89,6 @@ def test_its_problems_have_a_place_and_a_sentence(jittered):
 
 
 def test_a_study_with_it_comes_back_from_its_text(jittered):
-    import tomllib
-
     tables = with_defaults(tomllib.loads(SMALL_STUDY))
     for radar in tables["radars"]:
         radar["waveform"] = {"kind": "jittered"}
@@ -108,6 +111,14 @@ def test_without_plug_ins_there_are_none(packages):
         ("Jittered = 3", r"3 is no dataclass; decorate the class"),
         (JITTERED.replace('"jittered"', '"other"'), r"needs the field kind: Literal\['jittered'\]"),
         (JITTERED.replace("def schedule", "def plan"), r"has no method 'schedule'; add it"),
+        (
+            JITTERED.replace("jitter: Seconds", "jitter: 'Sekunden'"),
+            r"types of its fields cannot be read \(NameError: name 'Sekunden' is not defined\)",
+        ),
+        (
+            JITTERED.replace("(frozen=True, kw_only=True)", "(kw_only=True)"),
+            r"Jittered cannot be hashed; decorate it with @dataclass\(frozen=True\)",
+        ),
     ],
 )
 def test_a_plug_in_that_cannot_be_used_is_one_sentence(packages, text, sentence):
@@ -122,6 +133,32 @@ def test_a_plug_in_that_cannot_be_used_is_one_sentence(packages, text, sentence)
     assert "the plug-in 'jittered' of the package 'broken_chirps'" in str(caught.value)
 
 
+def test_a_field_that_no_study_file_can_hold_is_one_sentence(packages):
+    install(
+        packages,
+        module="jittered_chirps",
+        text=JITTERED.replace("= 2e-6\n", "= 2e-6\n    times: np.ndarray | None = None\n"),
+        entry_points=f"[{GROUP}]\njittered = jittered_chirps:Jittered\n",
+    )
+    with pytest.raises(InputError, match=r"plug-in jittered_chirps\.Jittered .*ndarray") as caught:
+        build(StudyRadar, {**RADAR, "waveform": {"kind": "sawtooth"}})
+    assert "\n" not in str(caught.value)
+
+
+def test_plug_ins_of_one_name_in_two_packages_are_refused(jittered):
+    """Otherwise the one that is loaded last would replace the other without a word."""
+    install(
+        jittered,
+        module="other_chirps",
+        text=JITTERED,
+        entry_points=f"[{GROUP}]\njittered = other_chirps:Jittered\n",
+    )
+    with pytest.raises(InputError, match="both have a plug-in 'jittered'") as caught:
+        build(StudyRadar, {**RADAR, "waveform": {"kind": "jittered"}})
+    assert "'jittered_chirps'" in str(caught.value)
+    assert "'other_chirps'" in str(caught.value)
+
+
 def test_a_kind_that_exists_is_not_replaced(packages):
     install(
         packages,
@@ -134,8 +171,6 @@ def test_a_kind_that_exists_is_not_replaced(packages):
 
 
 def test_a_mitigation_of_another_package_is_in_study_files_and_in_the_benchmark(packages):
-    import tomllib
-
     install(
         packages,
         module="halves",
@@ -146,6 +181,40 @@ def test_a_mitigation_of_another_package_is_in_study_files_and_in_the_benchmark(
     tables["receiver"] = {"kind": "coherent", "mitigation": {"kind": "first-half", "share": 0.25}}
     assert build(Study, tables).receiver.mitigation.share == 0.25
     assert methods_named((), ())["first-half"].share == 0.5
+
+
+class Hasty:
+    """A method of another package that returns something of another type."""
+
+    def schedule(self, *, num_sweeps, streams):
+        del num_sweeps, streams
+        return {}
+
+    def mitigate(self, frame):
+        return frame.samples
+
+    def detect(self, frame):
+        del frame
+        return []
+
+
+FRAME = frame_of(Sawtooth().schedule(num_sweeps=2, streams=Streams(1)), [])
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (
+            lambda: schedule_of(SMALL, replace(SMALL.radars[0], waveform=Hasty())),
+            "'schedule' of Hasty, the waveform of 'front', returns dict; return",
+        ),
+        (lambda: mitigated(Hasty(), FRAME), "'mitigate' of Hasty returns ndarray; return"),
+        (lambda: attribute(Hasty(), FRAME), "'detect' of Hasty returns list; return"),
+    ],
+)
+def test_a_result_of_another_type_is_one_sentence(call, sentence):
+    with pytest.raises(InputError, match=sentence):
+        call()
 
 
 # ── receivers of another package ──────────────────────────────────────────────
@@ -163,8 +232,6 @@ def plain_fft(packages):
 
 
 def study_of_chirps(**receiver):
-    import tomllib
-
     tables = with_defaults(tomllib.loads(SMALL_STUDY))
     for radar in tables["radars"]:
         radar["waveform"] = {"kind": "sawtooth", "bandwidth": "300 MHz", "ramp_duration": "40 us"}

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
 from polychirp.frames import direction_of
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts
@@ -72,8 +73,13 @@ def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, Part
         found = receiver.detect_in(read, frame)
         of_decoded = _matched_powers(read.receiver, read.frame, found)
         return found, lambda samples: of_decoded(read.decode(samples))
-    found = receiver.detect(frame)
-    return found, _matched_powers(receiver, frame, found)
+    given: Any = receiver.detect(frame)
+    if not isinstance(given, Detections):  # a receiver of another package may return anything
+        raise InputError(
+            f"'detect' of {type(receiver).__name__} returns {type(given).__name__}; "
+            "return polychirp.Detections"
+        )
+    return given, _matched_powers(receiver, frame, given)
 
 
 def _matched_powers(receiver: FrameReceiver, frame: IfFrame, found: Detections) -> PartPowers:

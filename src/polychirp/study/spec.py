@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
@@ -201,7 +201,13 @@ def schedule_in_turn(
     own = streams.of("radar", radar.name)
     if turn.draw:
         own = own.of("draw", turn.draw)
-    schedule = radar.waveform.schedule(num_sweeps=num_sweeps, streams=own)
+    given: Any = radar.waveform.schedule(num_sweeps=num_sweeps, streams=own)
+    if not isinstance(given, RampSchedule):  # a waveform of another package may return anything
+        raise InputError(
+            f"'schedule' of {type(radar.waveform).__name__}, the waveform of '{radar.name}', "
+            f"returns {type(given).__name__}; return polychirp.RampSchedule"
+        )
+    schedule = given
     if radar.coding is not None:
         schedule = coded(schedule, radar.coding, num_elements=radar.array.num_transmitters)
     schedule = replace(

@@ -3,11 +3,12 @@
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, Sealed
+from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 
@@ -68,7 +69,13 @@ def mitigated(mitigation: Mitigation | None, frame: IfFrame) -> Mitigated:
 
 @lru_cache(maxsize=2)
 def _mitigated(mitigation: Mitigation, frame: IfFrame) -> Mitigated:
-    return mitigation.mitigate(frame)
+    found: Any = mitigation.mitigate(frame)
+    if not isinstance(found, Mitigated):  # a method of another package may return anything
+        raise InputError(
+            f"'mitigate' of {type(mitigation).__name__} returns {type(found).__name__}; "
+            "return polychirp.receiver.mitigation.base.Mitigated"
+        )
+    return found
 
 
 class Refusing(Protocol):
