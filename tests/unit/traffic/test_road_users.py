@@ -94,6 +94,29 @@ def test_a_step_is_as_long_as_the_way_of_half_a_cycle(speed):
     assert feet[0] - feet[1] == pytest.approx(speed * gait.period / 2, rel=0.1)
 
 
+@pytest.mark.parametrize(
+    ("speed", "step", "slip"),
+    [(0.6, 1.40, -0.12), (0.43, 1.65, -0.27), (0.2, 1.14, 0.12), (0.1, 0.80, 0.42)],
+)
+def test_slow_walkers_slip_as_the_documentation_says(speed, step, slip):
+    """Step over the way of half a cycle, and mean speed of the ankle on the ground over the walk's.
+
+    The ankle is that of thigh and shank, turned by the angles of hip and knee.
+    """
+    gait = Gait(relative_speed=speed / LEG, leg=LEG)
+    feet = person(gait.joints(0.0), height=1.75).centre[[RIGHT_FOOT, LEFT_FOOT], 0]
+    assert feet[0] - feet[1] == pytest.approx(step * speed * gait.period / 2, rel=0.01)
+    place = []
+    for phase in (0.0, gait.support):
+        joints = gait.joints(phase)
+        hip, knee = joints.hip[0], joints.knee[0]
+        aside = 0.0955 * 1.75 * np.sin(joints.pelvis_yaw)  # the right hip is in front by this
+        limb = 0.245 * np.sin(hip) + 0.246 * np.sin(hip - knee)
+        place.append(joints.offset[0] + aside + 1.75 * limb)
+    drift = 1.0 + (place[1] - place[0]) / (speed * gait.support * gait.period)
+    assert drift == pytest.approx(slip, abs=0.02)
+
+
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_feet_on_the_ground_stay_on_their_line(speed):
     """They move sideways with the sway of the pelvis alone, which peaks at 0.25 m/s."""
