@@ -74,8 +74,8 @@ class Composite(AtFrequency, Spec):
         matters; 2 cm cuts none, and saves a third of the tracing
     motion_error : greatest power of the errors of a part of the paths between two traces of it
         within a frame, over that part's power. −20 dB is as good as the meshes are; with −30 dB the
-        echoes and the interference of the paper's radars are right to −24 dB or better, at 2.4
-        times the cost. Errors 46 dB below all echoes of a radar are tolerated in
+        echoes and the interference of the paper's radars are right to −25 dB or better, at twice
+        the cost. Errors 46 dB below all echoes of a radar are tolerated in
         any case
     diffraction : true if direct paths and mirror images are diffracted at edges, and vehicles bend
         waves into their shadows
