@@ -22,9 +22,9 @@ one of the frame's trace times for that radar, and every few milliseconds for th
 
 The error must be within the limit by the coherence times of both traces: a glint that comes near
 makes those of the later one shorter. All parts are traced at the ends of equal intervals of the
-frame, none longer than `MAX_TRACE_INTERVAL`. If either end of an interval asks for a shorter time,
-the part is traced half way too, and so on. Parts have most of their times in common then, and with
-them the facets that radars see.
+frame, which last `MAX_TRACE_INTERVAL` at most in the mean. If either end of an interval asks for a
+shorter time, the part is traced half way too, and so on. Parts have most of their times in common
+then, and with them the facets that radars see.
 
 Limits: amplitudes and shadows between traces are interpolated, not traced. Paths over several
 bodies change faster than their coherence times say, because ray tubes come and go at edges as the
