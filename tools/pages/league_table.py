@@ -30,6 +30,7 @@ from polychirp.study.monte_carlo.run import run_plan
 from polychirp.study.processing_cost import processing_cost
 from polychirp.study.roc.frames import frame_with
 from polychirp.study.roc.yardsticks import num_cells
+from polychirp.threads import num_cores
 from tools.pages.markdown import table, within
 from tools.sources import ROOT
 
@@ -96,7 +97,7 @@ def _cells(name: str, common: Sequence[str], folder: str, trials: int) -> list[C
     plan = _plan(name, common, trials)
     own = plan.points[0].study.name
     out = ROOT / "out" / folder / f"{own}-{plan.origin.study_hash[:8]}-trials"
-    finished = run_plan(plan, folder=out, executor=LocalWorkers(count=1))
+    finished = run_plan(plan, folder=out, executor=LocalWorkers(count=num_cores()))
     if finished.failures:
         raise SystemExit("\n".join(finished.failures))
     return comparison({own: finished.results})
