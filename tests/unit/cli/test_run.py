@@ -311,12 +311,12 @@ def test_check_prints_json_in_si(trial, capsys):
 
 
 def test_check_prints_a_table_for_people(trial, capsys):
-    """10 dBm, 9 dB and 27 dB radiate 46 dBm; four elements at half a wavelength have 26.3°."""
+    """10 dBm, 9 dB and 10 dB radiate 29 dBm; four elements at half a wavelength have 26.3°."""
     assert main(["check", str(QUICKSTART)]) == 0
     rows = [line.split("│")[1:-1] for line in capsys.readouterr().out.splitlines() if "│" in line]
     cells = {row[0].strip(): [cell.strip() for cell in row[1:]] for row in rows if len(row) == 3}
     assert "range resolution" in cells
-    assert cells["peak EIRP of an element"] == ["46.0 dBm"] * 2
+    assert cells["peak EIRP of an element"] == ["29.0 dBm"] * 2
     assert cells["noise figure"] == ["4.5 dB"] * 2
     assert cells["azimuth resolution (3-dB beam)"][0].startswith("26.")
 
