@@ -1,6 +1,7 @@
 """Plotly figures of a look, as plain dicts that the browser draws."""
 
 from collections.abc import Mapping
+from textwrap import wrap
 from typing import Any, Final
 
 import numpy as np
@@ -39,6 +40,9 @@ SYMBOLS: Final[Mapping[str, str]] = {
 MOST_CELLS: Final = 180
 """Greatest number of cells along each axis of a map; chosen: a panel on a phone has twice as many
 pixels, and the picture is sent in some 10 ms."""
+
+LEGEND_WIDTH: Final = 28
+"""Greatest number of characters in a line of the legend; chosen: two columns fit over the plot."""
 
 LIGHT_INK, DARK_INK = INK, "#dddddd"
 """Colour of text and lines on light and on dark pages."""
@@ -152,7 +156,7 @@ def _detections(seen: VictimResult, x: FloatArray, y: FloatArray) -> list[dict[s
         {
             "type": "scatter",
             "mode": "markers",
-            "name": label,
+            "name": "<br>".join(wrap(label, LEGEND_WIDTH)),
             "x": x[nature == cause],
             "y": y[nature == cause],
             "text": origin[nature == cause].tolist(),
@@ -220,7 +224,10 @@ def _figure(
             "yaxis": yaxis,
             "shapes": shapes or [],
             "showlegend": has_legend,
-            "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
+            "legend": {
+                **{"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
+                "font": {"size": 10},
+            },
             "uirevision": "same",  # zoom and pan stay while the data change
         },
         "config": {"displayModeBar": False, "responsive": True},

@@ -142,6 +142,13 @@ def test_figures_are_json_and_have_the_detections(look, seen, is_dark):
     assert count == seen.detections.num_detections
 
 
+def test_names_in_the_legend_are_short_enough_for_two_columns(look, seen):
+    """A long one would make one column, which takes half of the plot's height."""
+    names = [one["name"] for one in plots.range_profile(look, seen, is_dark=False)["data"]]
+    assert "body, not on a target's<br>visible metal" in names
+    assert max(len(line) for name in names for line in name.split("<br>")) <= plots.LEGEND_WIDTH
+
+
 def test_the_map_shows_fast_targets_where_its_chirps_have_their_echoes():
     settings = replace(PRESETS["motorway, oncoming"], cars=())  # none hides the oncoming car
     fast = look_at(study_of(settings))
