@@ -50,7 +50,7 @@ def _row(row: PaperRow, map_: RowMap) -> dict[str, Any]:
         "targets": [
             {
                 "name": target.name,
-                "range": round(float(range_), 2),
+                **ranges(range_, target.range_m),
                 "speed": round(-float(rate), 2),
                 "found": target.detected,
             }
@@ -60,6 +60,7 @@ def _row(row: PaperRow, map_: RowMap) -> dict[str, Any]:
         ],
         "marks": detection_marks(
             range_=map_.detection_range,
+            in_profile=row.detection_range,
             range_rate=map_.detection_range_rate,
             power_db=map_.detection_power_db,
             causes=map_.detection_cause,
@@ -77,21 +78,25 @@ def detection_marks(
     causes: Sequence[str],
     origins: Sequence[str],
     folded: FloatArray | None = None,
+    in_profile: FloatArray | None = None,
 ) -> list[dict[str, Any]]:
     """Detections as values for JSON; a script draws them by their ``cause``, a key of `causes`.
 
-    ``folded`` are the range rates at which they are in the map; by default they are their own.
+    ``folded`` are the range rates at which they are in the map, and ``in_profile`` the ranges at
+    which they are in the profile, where it is that of another instant than the map; by default both
+    are their own.
     """
     return [
         {
-            "range": round(float(r), 2),
+            **ranges(r, other),
             **speeds(rate, place),
             "power": tenths(float(power)),
             "cause": cause,
             "origin": origin,
         }
-        for r, rate, place, power, cause, origin in zip(
+        for r, other, rate, place, power, cause, origin in zip(
             range_,
+            range_ if in_profile is None else in_profile,
             range_rate,
             range_rate if folded is None else folded,
             power_db,
@@ -100,6 +105,16 @@ def detection_marks(
             strict=True,
         )
     ]
+
+
+def ranges(in_map: float, in_profile: float) -> dict[str, float]:
+    """Range in a map as a value for JSON, and that in a profile of another instant.
+
+    >>> ranges(13.18, 13.18), ranges(13.18, 13.65)
+    ({'range': 13.18}, {'range': 13.18, 'profile_range': 13.65})
+    """
+    own = {"range": round(float(in_map), 2)}
+    return own if in_profile == in_map else {**own, "profile_range": round(float(in_profile), 2)}
 
 
 def speeds(range_rate: float, folded: float) -> dict[str, float]:

@@ -52,6 +52,23 @@ def test_marks_say_range_speed_power_and_cause(row):
     assert [target["found"] for target in data["targets"]] == [True, True, False]
 
 
+def test_marks_and_targets_are_in_the_profile_at_their_ranges_at_the_start_of_the_frame(row):
+    """Tables and profiles are of the start, maps of the middle, in which a car at 13.65 m that
+    closes at 19.7 m/s has come nearer by 0.47 m."""
+    later = replace(
+        row.map,
+        target_range=row.map.target_range - 0.47,
+        detection_range=row.map.detection_range - 0.47,
+    )
+    (data,) = rows_data([replace(row, map=later)])
+    for one, start in zip(data["targets"], row.targets, strict=True):
+        assert one["profile_range"] == pytest.approx(start.range_m, abs=0.005)
+        assert one["range"] == pytest.approx(start.range_m - 0.47, abs=0.005)
+    assert [mark["profile_range"] for mark in data["marks"]] == row.detection_range.tolist()
+    (still,) = rows_data([row])
+    assert not any("profile_range" in one for one in (*still["targets"], *still["marks"]))
+
+
 def test_a_profile_ends_where_the_figures_end(row):
     (data,) = rows_data([row])
     assert max(data["profile"]["range"]) == 30.0

@@ -9,10 +9,11 @@ const element = (tag, properties, ...children) => {
 };
 
 /* A plot that says what is under the pointer, and goes from detection to detection by arrow keys.
-   `draw` draws it and gives its axes and spots, `words` describes a place without a detection. */
+   `draw` draws it and gives its axes and spots, `rangeOf` is the range at which it has a place, and
+   `words` describes a place without a detection. */
 class LivePlot {
-  constructor(figure, { draw, words, moved, causes }) {
-    Object.assign(this, { draw, words, moved, causes, at: null });
+  constructor(figure, { draw, rangeOf, words, moved, causes }) {
+    Object.assign(this, { draw, rangeOf, words, moved, causes, at: null });
     [this.canvas, this.tip] = [figure.querySelector("canvas"), figure.querySelector(".tip")];
     for (const name of ["pointermove", "pointerdown"]) {
       this.canvas.addEventListener(name, (event) => this.point(event));
@@ -35,7 +36,7 @@ class LivePlot {
 
   step(event) {
     const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    const marks = this.view.spots.map((spot) => spot.mark).sort((a, b) => a.range - b.range);
+    const marks = this.view.spots.map((spot) => spot.mark).sort((a, b) => this.rangeOf(a) - this.rangeOf(b));
     if (!way || !marks.length) return;
     event.preventDefault();
     const next = this.at ? marks.indexOf(this.at) + way : 0;
@@ -47,11 +48,11 @@ class LivePlot {
     this.at = place.cause ? place : null;
     this.moved(place);
     const { label } = this.causes[place.cause] ?? {};
-    const words = label ? [place.origin ? `${label}: ${place.origin}` : label, `${fixed(place.range, 2)} m`,
+    const words = label ? [place.origin ? `${label}: ${place.origin}` : label, `${fixed(this.rangeOf(place), 2)} m`,
       speedWords(place.speed), `${fixed(place.power)} dBm`] : this.words(place);
     this.tip.replaceChildren(...words.map((textContent) => element("span", { textContent })));
     this.tip.hidden = false;
-    const x = this.view.axes.px(place.range);
+    const x = this.view.axes.px(this.rangeOf(place));
     const isRight = x + 14 + this.tip.offsetWidth > this.view.axes.right;
     this.tip.style.left = `${Math.max(0, isRight ? x - 14 - this.tip.offsetWidth : x + 14)}px`;
   }
@@ -72,11 +73,13 @@ class FramePlots {
     const range = (place) => `${fixed(place.range, 2)} m`;
     this.plots = [
       new LivePlot(profile, {
-        causes, moved, draw: (canvas, cursor) => drawProfile(canvas, this.row, { ...this, cursor }),
+        causes, moved, rangeOf: inProfile,
+        draw: (canvas, cursor) => drawProfile(canvas, this.row, { ...this, cursor }),
         words: (place) => [range(place), `${fixed(powerAt(this.row, place.range))} dBm`],
       }),
       new LivePlot(map, {
-        causes, moved, draw: (canvas, cursor) => drawMap(canvas, this.row, { causes, cursor }),
+        causes, moved, rangeOf: (place) => place.range,
+        draw: (canvas, cursor) => drawMap(canvas, this.row, { causes, cursor }),
         words: (place) => [range(place), speedWords(place.speed),
           `${fixed(levelAt(this.row.map, place.range, place.speed), 0)} dBm`],
       }),
@@ -114,7 +117,7 @@ function rowWords(row) {
   const [ghost] = row.marks.filter((mark) => ["direct", "indirect"].includes(mark.cause))
     .sort((a, b) => b.power - a.power);
   return `Found: ${found.join(", ") || "no target"}. `
-    + (ghost ? `Strongest ghost of interference: ${fixed(ghost.range, 2)} m, ${fixed(ghost.power, 0)} dBm. `
+    + (ghost ? `Strongest ghost of interference: ${fixed(inProfile(ghost), 2)} m, ${fixed(ghost.power, 0)} dBm. `
       : "No ghost of interference. ")
     + `Floor rise: ${fixed(row.floor_rise)} dB.`;
 }

@@ -105,7 +105,8 @@ class PlotAxes {
   /* Lines at the ranges of the targets; names are below each other where they would overlap. */
   targets(row) {
     let [end, below] = [-Infinity, 0];
-    for (const { name, range, found } of [...row.targets].sort((a, b) => a.range - b.range)) {
+    for (const target of [...row.targets].sort((a, b) => inProfile(a) - inProfile(b))) {
+      const [{ name, found }, range] = [target, inProfile(target)];
       const [colour, words] = found ? ["good", name] : ["bad", `${name} (missed)`];
       this.line([[range, this.y[0]], [range, this.y[1]]], colour);
       below = this.px(range) < end ? below + 15 : 0;
@@ -114,14 +115,17 @@ class PlotAxes {
     }
   }
 
-  /* Marks of the detections at the y that `place` gives, as a list of places for the pointer. */
+  /* Marks of the detections at the x and y that `place` gives, as a list of places for the pointer. */
   marks(row, causes, place) {
-    const spots = row.marks.map((mark) => ({ x: this.px(mark.range), y: this.py(place(mark)), mark }));
+    const spots = row.marks.map((mark) => {
+      const [x, y] = place(mark);
+      return { x: this.px(x), y: this.py(y), mark };
+    });
     spots.forEach(({ x, y, mark }) => drawMark(this.pen, causes[mark.cause], x, y));
     return spots;
   }
 
-  cursor({ range }, y) {
+  cursor(range, y) {
     this.line([[range, this.y[0]], [range, this.y[1]]], "ink", { dashes: [3, 3] });
     this.line([[range, y], [range, y]], "ink", { width: 7 });
   }
@@ -170,8 +174,9 @@ function drawProfile(canvas, row, { causes, behind, limits, cursor }) {
     drawNoise(axes, row);
     axes.targets(row);
     axes.curve(row, "accent", 1.8);
-    spots = axes.marks(row, causes, (mark) => powerAt(row, mark.range));
-    if (cursor) axes.cursor(cursor, powerAt(row, cursor.range));
+    const onCurve = (place) => [inProfile(place), powerAt(row, inProfile(place))];
+    spots = axes.marks(row, causes, onCurve);
+    if (cursor) axes.cursor(...onCurve(cursor));
   });
   return { axes, spots };
 }
@@ -207,6 +212,10 @@ function mapPicture(map) {
   return map.picture;
 }
 
+/* Range at which a profile has a target, a detection or the pointer: its instant may differ from
+   that of the map. */
+const inProfile = ({ range, profile_range = range }) => profile_range;
+
 /* Closing speed at which a map has a target, a detection or the pointer. */
 const onMap = ({ speed, folded = speed }) => folded;
 
@@ -226,8 +235,8 @@ function drawMap(canvas, row, { causes, cursor }) {
       pen.arc(axes.px(target.range), axes.py(onMap(target)), 11, 0, 2 * Math.PI);
       pen.stroke();
     }
-    spots = axes.marks(row, causes, onMap);
-    if (cursor) axes.cursor(cursor, onMap(cursor));
+    spots = axes.marks(row, causes, (mark) => [mark.range, onMap(mark)]);
+    if (cursor) axes.cursor(cursor.range, onMap(cursor));
   });
   return { axes, spots };
 }
