@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -32,6 +33,10 @@ IMAGES: Final = ROOT / "docs" / "images"
 
 STAMPS: Final = PAGES / "stamps.json"
 """File that holds the stamp of every record."""
+
+
+COMPARING: Final = re.compile(r"def \w+\([^)]*\bcompare\b")
+"""Definition of a test or a fixture that uses the fixture ``compare``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,11 +100,21 @@ def _figure(name: str, program: str, minutes: float, *arguments: str) -> Record:
     )
 
 
+def _comparing_tests() -> tuple[str, ...]:
+    """Test files with tests that use the fixture ``compare``, and all files of fixtures."""
+    files = sorted((ROOT / "tests").rglob("*.py"))
+    return tuple(
+        str(file.relative_to(ROOT))
+        for file in files
+        if file.name == "conftest.py" or COMPARING.search(file.read_text(encoding="utf-8"))
+    )
+
+
 RECORDS: Final = (
     Record(
         name="comparisons",
         command=("-m", "pytest", "-q", "tests", "--record", "docs/validation/comparisons.json"),
-        starts=("tests/physics", "tests/unit", "tests/property"),
+        starts=_comparing_tests(),
         minutes=12,
     ),
     Record(

@@ -70,6 +70,13 @@ def test_every_record_starts_from_files_that_exist(record):
     assert all((renew.IMAGES / figure).exists() for figure in record.copied)
 
 
+def test_comparisons_start_from_the_tests_that_compare():
+    (record,) = (record for record in RECORDS if record.name == "comparisons")
+    assert "tests/conftest.py" in record.starts
+    assert "tests/physics/test_rcs.py" in record.starts
+    assert str(Path(__file__).relative_to(ROOT)) not in record.starts
+
+
 def test_an_unknown_record_is_refused(capsys):
     with pytest.raises(SystemExit) as ended:
         renew.main(["nonsense"])
