@@ -86,6 +86,15 @@ def test_differences_of_quantities_are_drawn_to_scale():
     assert (middle - low) / (high - low) == pytest.approx(1 / 3)
 
 
+def test_differences_are_drawn_beside_zero():
+    """Ghosts of two starts that differ by 40 in every trial, with an interval of no width."""
+    ghosts = np.array([[0] * TRIALS, [40] * TRIALS, [41] * TRIALS])
+    results = results_of(("start", ("0 s", "1 ms", "2 ms")), ghosts=ghosts)
+    axes = study_differences(results, over="start", title="").figure.axes[1]
+    low, high = axes.get_ylim()
+    assert low < 0.0 < 41.0 < high
+
+
 @pytest.mark.parametrize("draw", [study_curves, study_differences])
 def test_elevations_have_a_panel_if_an_array_measures_them(draw):
     results = results_of(("gap", (1, 2)))

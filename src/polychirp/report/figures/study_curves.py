@@ -135,8 +135,8 @@ def study_differences(results: Results, *, over: str, title: str) -> Drawing:
 
     Equal trials of two points have the same street and noise, so that intervals of the differences
     are smaller than those of the estimates: they decide which label is better. Places and limits
-    are those of `study_curves`. `InputError` is raised if the grid has no such axis, or the axis
-    has one label.
+    are those of `study_curves`, but every panel shows zero. `InputError` is raised if the grid has
+    no such axis, or the axis has one label.
     """
     number = axis_number(results, over)
     labels = results.axes[number][1]
@@ -159,7 +159,7 @@ def study_differences(results: Results, *, over: str, title: str) -> Drawing:
         draw_ticks(axes, axis, over)
         axes.set_xlim(min(axis.places) - 0.5 * axis.gap, max(axis.places) + 0.5 * axis.gap)
         axes.set(ylabel=f"Δ {QUANTITIES[field].label[0].lower()}{QUANTITIES[field].label[1:]}")
-        is_cut.append(_limit(axes, rows, field))
+        is_cut.append(_limit(axes, rows, field, has_zero=True))
     title = f"{title}, less '{labels[0]}'"
     _finish(figure, styles, title=title, is_cut=any(is_cut))
     return Drawing(figure=figure, data=_table(results, rows, fields))
@@ -275,9 +275,11 @@ def _has_positive(rows: Sequence[Any], field: str) -> bool:
     return bool(known) and min(known) > 0.0
 
 
-def _limit(axes: Axes, rows: Sequence[Any], field: str) -> bool:
-    """Set `y_limits`, and return whether they cut off intervals."""
+def _limit(axes: Axes, rows: Sequence[Any], field: str, *, has_zero: bool = False) -> bool:
+    """Set `y_limits`, with zero among the values or not; return whether they cut off intervals."""
     values, low, high = _estimates(rows, field)
+    if has_zero:
+        values, low, high = (np.append(column, 0.0) for column in (values, low, high))
     least_span = LEAST_SPAN * float(np.nanmax(np.abs(values), initial=0.0))
     is_log = axes.get_yscale() == "log"
     if is_log:
