@@ -19,6 +19,11 @@ DATA: Final = (".toml", ".css", ".html", ".mplstyle")
 """Suffixes of files in a package that its code reads."""
 
 
+THREADS: Final = "polychirp.threads"
+"""Module that decides in how many threads code runs. Neither it nor its decorators count: times
+alone depend on them, since results are the same bytes for any number of threads."""
+
+
 def imports_of(file: Path) -> set[str]:
     """Dotted names of all that a file imports, inside its functions too.
 
@@ -114,9 +119,10 @@ def _reached(starts: Iterable[Path], arrows: dict[Path, set[Path]]) -> set[Path]
 def code_hash(starts: Iterable[Path], root: Path = ROOT) -> str:
     """Hash of the code that files run: their own, that of all they import, and its data files.
 
-    Comments and docstrings do not count, since no number depends on them.
+    Comments and docstrings do not count, since no number depends on them, nor does `THREADS`.
     """
-    total, files = sha256(), imported_by(starts, root)
+    total = sha256()
+    files = {file for file in imported_by(starts, root) if module_of(file) != THREADS}
     for file in sorted(files):
         total.update(f"{module_of(file)}\n".encode())
         total.update(_code(root / file).encode())
@@ -129,14 +135,32 @@ def code_hash(starts: Iterable[Path], root: Path = ROOT) -> str:
 
 @cache
 def _code(file: Path) -> str:
-    """Text of a file's syntax tree without its docstrings."""
+    """Text of a file's syntax tree without its docstrings and without the names of `THREADS`."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
+    of_threads = {
+        alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.module == THREADS
+        for alias in node.names
+    }
     for node in ast.walk(tree):
         for name in ("body", "orelse", "finalbody"):
             block = getattr(node, name, None)
             if isinstance(block, list):
-                block[:] = [line for line in block if not _is_text(line)]
+                block[:] = [
+                    line for line in block if not _is_text(line) and not _is_of_threads(line)
+                ]
+        if isinstance(node, ast.FunctionDef):
+            node.decorator_list = [
+                one
+                for one in node.decorator_list
+                if not (isinstance(one, ast.Call) and ast.unparse(one.func) in of_threads)
+            ]
     return ast.dump(tree)
+
+
+def _is_of_threads(node: ast.AST) -> bool:
+    return isinstance(node, ast.ImportFrom) and node.module == THREADS
 
 
 def _is_text(node: ast.AST) -> bool:

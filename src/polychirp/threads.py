@@ -2,14 +2,16 @@
 
 Kernels release the interpreter while they run; the code between them does not. Two pieces therefore
 keep two cores busy, while one piece with its kernels in two threads keeps one and a half busy,
-since a second thread hardly makes small kernels faster. Linear algebra runs in one thread here,
-because its matrices are small, and its waiting threads would take the cores of other pieces.
+since a second thread hardly makes small kernels faster. Linear algebra runs in one thread
+(`one_blas_thread`), because its matrices are small, and its waiting threads would take the cores of
+other pieces.
 """
 
 import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from functools import cache
 from itertools import pairwise
 from typing import Any, Final, TypeVar
@@ -55,20 +57,65 @@ def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
     >>> list(side_by_side([lambda: 1, lambda: 2]))
     [1, 2]
     """
-    from threadpoolctl import threadpool_limits
-
     cores = cores_here()
     at_a_time = min(cores, MOST_PIECES_AT_ONCE, len(pieces))
     if at_a_time <= 1:
         for piece in pieces:
-            yield piece()
+            yield one_blas_thread()(piece)()
         return
     pool = ThreadPoolExecutor(at_a_time, initializer=limit_cores, initargs=(cores // at_a_time,))
-    with threadpool_limits(1, user_api="blas"), pool:
+    with one_blas_thread(), pool:
         try:
             yield from pool.map(lambda piece: piece(), pieces)
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+class _BlasUsers:
+    """Number of contexts of `one_blas_thread` that last, and the limit that the first one set."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.count = 0
+        self.limit: Any = None
+
+
+_blas_users = _BlasUsers()
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Linear algebra in one thread, in all of the process, as a context or a decorator.
+
+    Threads of a BLAS library wait in loops. Two of them took twice the CPU time of one for a frame
+    of a ray-traced street and were no faster, and beside other programs a frame took three to six
+    times as long. Contexts may be nested, and begin and end in any threads: the last that ends
+    gives back the number of threads that there was.
+
+    >>> with one_blas_thread():
+    ...     pass
+    """
+    users = _blas_users
+    with users.lock:
+        if not users.count:
+            users.limit = _blas_libraries().limit(limits=1)
+        users.count += 1
+    try:
+        yield
+    finally:
+        with users.lock:
+            users.count -= 1
+            if not users.count:
+                users.limit.restore_original_limits()
+
+
+@cache
+def _blas_libraries() -> Any:
+    """The BLAS libraries of numpy and scipy; to look for them takes some milliseconds."""
+    import scipy.linalg  # noqa: F401  (loads its library)
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController().select(user_api="blas")
 
 
 def in_ranges(kernel: Callable[..., object], count: int, *arguments: Any, least: int = 1) -> None:

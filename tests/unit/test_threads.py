@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from polychirp.threads import cores_here, in_ranges, limit_cores, side_by_side
+from polychirp import CoherentReceiver, Decoding, MfskReceiver, RangeDoppler
+from polychirp.threads import cores_here, in_ranges, limit_cores, one_blas_thread, side_by_side
 
 
 @pytest.fixture(autouse=True)
@@ -54,13 +55,57 @@ def test_on_one_core_one_goes_after_another():
     assert list(side_by_side([threading.get_ident] * 2)) == [threading.get_ident()] * 2
 
 
-def test_linear_algebra_keeps_to_one_thread_meanwhile():
-    def most():
-        return max(p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas")
+def blas_threads():
+    return max(p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas")
 
+
+@pytest.mark.parametrize("cores", [1, 2])
+def test_linear_algebra_keeps_to_one_thread_meanwhile(cores):
+    limit_cores(cores)
     with threadpool_limits(2, user_api="blas"):
-        assert list(side_by_side([most, most])) == [1, 1]
-        assert most() == 2
+        assert list(side_by_side([blas_threads, blas_threads])) == [1, 1]
+        assert blas_threads() == 2
+
+
+def test_contexts_of_one_blas_thread_end_in_any_order():
+    """The first that begins ends first, in another thread than the second."""
+    first, second = one_blas_thread(), one_blas_thread()
+    with threadpool_limits(2, user_api="blas"):
+        first.__enter__()
+        second.__enter__()
+        other = threading.Thread(target=first.__exit__, args=(None, None, None))
+        other.start()
+        other.join()
+        assert blas_threads() == 1
+        second.__exit__(None, None, None)
+        assert blas_threads() == 2
+
+
+class FrameSpy:
+    """A frame that says how many threads linear algebra has when a receiver looks at it."""
+
+    def __getattr__(self, name):
+        raise LookupError(blas_threads())
+
+
+@pytest.mark.parametrize(
+    "receiver",
+    [CoherentReceiver(), RangeDoppler(), Decoding(), MfskReceiver()],
+    ids=lambda receiver: receiver.kind,
+)
+def test_receivers_keep_linear_algebra_to_one_thread(receiver):
+    """Two threads took twice the CPU time for a frame of a street, and were no faster."""
+    with threadpool_limits(2, user_api="blas"):
+        with pytest.raises(LookupError, match=r"^1$"):
+            receiver.detect(FrameSpy())
+        assert blas_threads() == 2
+
+
+def test_an_error_gives_the_threads_of_linear_algebra_back():
+    with threadpool_limits(2, user_api="blas"):
+        with pytest.raises(ValueError, match="no road"), one_blas_thread():
+            raise ValueError("no road")
+        assert blas_threads() == 2
 
 
 @pytest.mark.parametrize("cores", [1, 2, 3])

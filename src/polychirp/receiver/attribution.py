@@ -35,6 +35,7 @@ from polychirp.receiver.signal_model.point_signal import (
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
 from polychirp.receiver.stepped.chain import MfskReceiver, in_sequences, noise_of_sequences
 from polychirp.receiver.stepped.steps import SEQUENCES
+from polychirp.threads import one_blas_thread
 
 NOISE_BINS: Final = 129
 """Number of bins, half a resolution cell apart, over which the noise of a ramp about a beat is
@@ -132,6 +133,7 @@ def in_phase(amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
     return np.asarray(np.abs(np.mean(amplitude, axis=-1)) ** 2)
 
 
+@one_blas_thread()
 def detected(
     receiver: FrameReceiver, frame: IfFrame, parts: IfParts
 ) -> tuple[Detections, FloatArray]:

@@ -22,6 +22,7 @@ from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.search import find_points, warn_of_peaks
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.settings import SearchSettings, need_dynamic_range
+from polychirp.threads import one_blas_thread
 from polychirp.units import Ratio, from_db
 
 
@@ -88,12 +89,14 @@ class CoherentReceiver(SearchSettings):
                 f"residue_margin is a ratio of {self.residue_margin:g}; choose 1 (0 dB) or more"
             )
 
+    @one_blas_thread()
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the frame's middle."""
         points, seen = self._points(frame)
         found, _ = self._detections(seen, points, spacing=frame.array.spacing)
         return found if self.grouping is None else merged(found, self.grouping)
 
+    @one_blas_thread()
     def attribute(self, frame: IfFrame) -> tuple[Detections, PartPowers]:
         """Detections as of `detect`, and the function that gives the power of parts in each.
 

@@ -33,6 +33,7 @@ from polychirp.receiver.range_doppler.transforms import taper
 from polychirp.receiver.settings import DetectorSettings
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.receiver.signal_model.turning import turning_loss
+from polychirp.threads import one_blas_thread
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,6 +124,7 @@ class Decoding(DetectorSettings):
             window=SAME_RANGE,  # signals without the code are spread over all range rates
         )
 
+    @one_blas_thread()
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, as of `RangeDoppler.detect`; errors as of `reading`."""
         return self.detect_in(self.reading(frame), frame)

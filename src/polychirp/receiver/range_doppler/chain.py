@@ -56,6 +56,7 @@ from polychirp.receiver.signal_model.transmit_codes import (
     code_blocks,
     virtual_channels,
 )
+from polychirp.threads import one_blas_thread
 
 AROUND: Final = CfarWindow(guard=(3, 3), training=(8, 8), step=(2, 2), is_circular=(True, False))
 """Training cells of `RangeDoppler` around a cell; every other one, as tapers correlate neighbours.
@@ -161,6 +162,7 @@ class RangeDoppler(DetectorSettings):
         length = 1 if is_told else len(code_blocks(schedule).weight)
         return unambiguous_span(schedule, code_length=length)
 
+    @one_blas_thread()
     def detect(self, frame: IfFrame, *, weight: FloatArray | None = None) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the middle of the frame.
 

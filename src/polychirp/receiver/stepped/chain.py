@@ -27,6 +27,7 @@ from polychirp.receiver.stepped.solution import slowest, unambiguous_speed
 from polychirp.receiver.stepped.staircase import Staircase
 from polychirp.receiver.stepped.step_limits import refuse_high_pass, warn_of_motion
 from polychirp.receiver.stepped.steps import SEQUENCES, Steps, middle_time
+from polychirp.threads import one_blas_thread
 from polychirp.units import MetresPerSecond
 
 PHASE_CYCLE: Final = 2.0 * np.pi
@@ -95,6 +96,7 @@ class MfskReceiver(DetectorSettings):
         super(MfskReceiver, self).__post_init__()
         need_speed(self.greatest_speed)
 
+    @one_blas_thread()
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; all values are those of the frame's middle.
 
