@@ -225,7 +225,10 @@ def _figure(
             "shapes": shapes or [],
             "showlegend": has_legend,
             "legend": {
-                "orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0,
+                "orientation": "h",
+                "y": 1.02,
+                "yanchor": "bottom",
+                "x": 0,
                 "font": {"size": 10},
             },
             "uirevision": "same",  # zoom and pan stay while the data change
