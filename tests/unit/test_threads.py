@@ -7,6 +7,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from polychirp import CoherentReceiver, Decoding, MfskReceiver, RangeDoppler
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import cores_here, in_ranges, limit_cores, one_blas_thread, side_by_side
 
 
@@ -81,8 +82,8 @@ def test_contexts_of_one_blas_thread_end_in_any_order():
         assert blas_threads() == 2
 
 
-class FrameSpy:
-    """A frame that says how many threads linear algebra has when a receiver looks at it."""
+class Spy:
+    """A frame or a scene that says how many threads linear algebra has when it is looked at."""
 
     def __getattr__(self, name):
         raise LookupError(blas_threads())
@@ -97,8 +98,13 @@ def test_receivers_keep_linear_algebra_to_one_thread(receiver):
     """Two threads took twice the CPU time for a frame of a street, and were no faster."""
     with threadpool_limits(2, user_api="blas"):
         with pytest.raises(LookupError, match=r"^1$"):
-            receiver.detect(FrameSpy())
+            receiver.detect(Spy())
         assert blas_threads() == 2
+
+
+def test_the_engine_keeps_linear_algebra_to_one_thread():
+    with threadpool_limits(2, user_api="blas"), pytest.raises(LookupError, match=r"^1$"):
+        Stretch().contribution(Spy(), [], [], victim=0, transmitter=0)
 
 
 def test_an_error_gives_the_threads_of_linear_algebra_back():

@@ -52,6 +52,7 @@ from polychirp.synthesis.stretch.ramp_edges import corner_runs
 from polychirp.synthesis.stretch.ramp_overlaps import all_overlaps, strongest_sample
 from polychirp.synthesis.stretch.slow_changes import slow_changes
 from polychirp.synthesis.stretch.work_units import WorkUnit, gaps, work_table, work_units_of
+from polychirp.threads import one_blas_thread
 
 NEGLIGIBLE_IN_BAND: Final = 3e-7
 """Limit of the omitted part of a contribution, relative to the rms of its strongest samples.
@@ -79,6 +80,7 @@ class Stretch(Spec):
 
     backend: Literal["auto", "kernels", "numpy", "cupy"] = "auto"
 
+    @one_blas_thread()
     def contribution(
         self,
         scene: Scene,
