@@ -42,6 +42,19 @@ def test_a_change_of_words_or_of_other_files_does_not(tree):
     assert changed_hash(tree, LAW, "A law.", "The law of doubling.") == before
 
 
+def test_a_change_of_the_number_of_threads_does_not(tree):
+    """Times alone depend on it; other decorators count."""
+    (tree / "src/polychirp/threads.py").write_text("def one_thread():\n    return lambda f: f\n")
+    before = code_hash([LAW], tree)
+    decorated = "from polychirp.threads import one_thread\n\n@one_thread()\ndef double"
+    path = tree / LAW
+    path.write_text(path.read_text().replace("def double", decorated))
+    alike = tree.rename(tree.with_name("alike"))
+    assert code_hash([LAW], alike) == before
+    (alike / LAW).write_text((alike / LAW).read_text().replace("@one_thread()", "@other()"))
+    assert code_hash([LAW], alike.rename(alike.with_name("differs"))) != before
+
+
 def test_the_graph_knows_both_directions(tree):
     assert imported_by([USER], tree) == {LAW, USER}
     assert importers_of(LAW, tree) == {LAW, USER}
