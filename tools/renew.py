@@ -160,7 +160,7 @@ RECORDS: Final = (
             "vehicles",
         ),
         starts=("tools/experiments/paper_statistics.py",),
-        minutes=210,
+        minutes=240,
     ),
     _table("roads", 3, program="road"),
     _table("league", 100),
