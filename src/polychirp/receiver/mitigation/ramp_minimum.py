@@ -38,6 +38,11 @@ class RampMinimum(Spec):
     40 frames of a single point 10 had some (the test of the ramp minimum
     ``makes_detections_where_nothing_is`` in ``tests/conformance/test_mitigations.py``).
 
+    Elements that transmit at once with codes of phases (`DopplerDivision`, `PhaseCoded`) beat in
+    the same way: three points before an array of three by four elements had 4, 7 and 9 such
+    detections in a frame with three bands, four bands and phase codes, and 3 with elements in turn,
+    in four frames of each.
+
     `Imat` is the better choice if amplitudes matter. It takes 8 log₂ N + 4 real
     multiplications per sample and channel.
     """
