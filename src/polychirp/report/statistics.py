@@ -145,9 +145,9 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
         "speed cause it. A point reflects at one place; a body reflects at many, and its "
         "error depends on which of them reflects.",
         "With two interferers that start together with the victim, the detection probability is "
-        f"{within(conventional.detection, 2)} with {within(conventional.ghosts, 1)} ghosts in a "
+        f"{within(conventional.detection, 3)} with {within(conventional.ghosts, 1)} ghosts in a "
         f"frame if all slopes are equal ({conventional.unexplained[0]:.1f} unexplained), and "
-        f"{within(diverse.detection, 2)} with {within(diverse.ghosts, 1)} if the waveform is "
+        f"{within(diverse.detection, 3)} with {within(diverse.ghosts, 1)} if the waveform is "
         f"diverse ({diverse.unexplained[0]:.1f} unexplained). The paper's figure 12 shows this "
         "case; it needs radars that start together and have equal slopes.",
         "With diverse slopes and no mitigation, interference raises the floor of the range spectra "
@@ -157,7 +157,7 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
     if diverse.detection_gain is not None and diverse.ghosts_gain is not None:
         found.append(
             "Both waveforms were tried on the same streets with the same noise. The difference of "
-            f"detection probability is {within(diverse.detection_gain, 2)}, and that of ghosts in "
+            f"detection probability is {within(diverse.detection_gain, 3)}, and that of ghosts in "
             f"a frame {within(diverse.ghosts_gain, 1)}, diverse minus conventional; "
             f"{_decided(diverse.detection_gain)}."
         )
@@ -174,7 +174,7 @@ def traced_findings(rows: Sequence[StatisticsRow]) -> list[str]:
 
     def found(waveform: WaveformKind) -> str:
         return ", ".join(
-            f"{within(at[waveform, situation].detection, 2)} {words}"
+            f"{within(at[waveform, situation].detection, 3)} {words}"
             for situation, words in _BRIEF_WORDS.items()
             if (waveform, situation) in at
         )

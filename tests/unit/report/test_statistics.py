@@ -79,7 +79,7 @@ def test_findings_compare_as_far_as_the_intervals_tell() -> None:
     assert "range 0.0001 m rms (median 1e-05), below the paper's 0.13 m" in accuracy
     wide = [replace(one, azimuth_rmse_deg=(0.2, 0.1, 0.3)) for one in ROWS]
     assert "(median 0.002), not significantly different from the paper's 0.12" in findings(wide)[0]
-    assert "0.95 (0.80…0.99)" in detection
+    assert "0.950 (0.800…0.990)" in detection
     assert "51 dB" in floor
     assert findings(ROWS[:1]) == []
 
@@ -126,8 +126,8 @@ def test_findings_on_traced_vehicles_are_those_of_most_targets() -> None:
     alone = [replace(one, situation="alone", ghosts=(30.0, 28.0, 32.0)) for one in ROWS]
     found, errors, ghosts = traced_findings([*ROWS, *alone])
     assert found.startswith("Of 10 vehicles in sight")
-    assert "0.95 (0.80…0.99) without interferers" in found
-    assert "0.95 (0.80…0.99) beside two that start together" in found
+    assert "0.950 (0.800…0.990) without interferers" in found
+    assert "0.950 (0.800…0.990) beside two that start together" in found
     assert "0.0001 (5e-05…0.0002) m rms in range" in errors
     assert "30 (28…32) ghosts" in ghosts
 
