@@ -47,7 +47,10 @@ class MfskReceiver(DetectorSettings):
     **Accuracy.** The phase tells the range to :math:`N\Delta R\,\sigma_\delta` with N steps and
     :math:`\sigma_\delta = 1/(2\pi\sqrt{\mathrm{SNR}})` cycles, 8 cells with 512 steps at 20 dB in a
     cell of one sequence and all channels. A greater shift is more accurate, and less unambiguous.
-    The taper makes errors 1.26 times the Cramér–Rao bound: its noise bandwidth is 1.58 cells.
+    The taper makes errors 1.26 times those of equal weights: its noise bandwidth is 1.58 cells. The
+    Cramér–Rao bound is lower than those, by 7 % with 256 steps of 600 MHz and by 19 % with 512: the
+    turning of an echo within steps, and the curvature :math:`b v t^2` of its phase along a sweep,
+    tell the range rate as well, and neither is used.
 
     **Limits.** Two targets with one beat are one detection, whose range and range rate are those of
     neither. Of the motions that have one beat and phase, the slowest within the ranges is taken;
