@@ -205,7 +205,7 @@ def test_a_roof_bends_a_wave_at_both_its_ends(compare, case):
         quantity="field behind two edges over that without them, dB",
         expected=to_db(abs(expected) ** 2),
         measured=to_db(abs(found) ** 2),
-        tolerance=0.2,
+        tolerance=0.1,
         source="Kirchhoff's integral over both apertures, by sums",
     )
 
@@ -223,7 +223,7 @@ def test_a_ball_comes_out_from_behind_a_long_box(compare, y):
         quantity="echo in the shadow of an edge over that without it, dB",
         expected=to_db(abs(expected) ** 4),
         measured=to_db(abs(found) ** 2),
-        tolerance=0.5,
+        tolerance=0.1,
         source="Kirchhoff's integral over both apertures, by sums",
     )
 

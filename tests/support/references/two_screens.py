@@ -22,8 +22,11 @@ def over_two_screens(
     r"""Field behind two half-planes with parallel edges, over that without them.
 
     Waves are cylindrical, which for the ratio makes no difference: the sum over the heights of both
-    apertures of :math:`e^{-jk(r_1+r_2+r_3)}/\sqrt{r_1 r_2 r_3}`, with the exact distances, without
-    geometric waves, edges or Fresnel integrals. A smooth taper ends the apertures.
+    apertures of :math:`e^{-jk(r_1+r_2+r_3)}\cos\theta_1\cos\theta_2/\sqrt{r_1 r_2 r_3}`, with the
+    exact distances and with the angles θ at which waves arrive at the apertures, without geometric
+    waves, edges or Fresnel integrals. It is Rayleigh's and Sommerfeld's first integral from the
+    point back to the transmitter (Goodman, Introduction to Fourier Optics, §3.5), so that endless
+    apertures give 1. A smooth taper ends them here.
 
     Parameters
     ----------
@@ -76,15 +79,20 @@ def _through(
 ) -> complex:
     """Sum over two apertures' places, over the field without screens, per square of the step."""
     (x1, x2), (start, end) = depths, ends
-    first = _wave(np.hypot(x1 - start[0], heights[0] - start[1]), k) * weights[0]
+    first = _arriving(x1 - start[0], heights[0] - start[1], k) * weights[0]
     field = np.empty(len(heights[1]), dtype=np.complex128)
     for rows in np.array_split(np.arange(len(field)), 40):
-        between = np.hypot(x2 - x1, heights[1][rows, None] - heights[0])
-        field[rows] = _wave(between, k) @ first
+        field[rows] = _arriving(x2 - x1, heights[1][rows, None] - heights[0], k) @ first
     last = _wave(np.hypot(end[0] - x2, end[1] - heights[1]), k) * weights[1]
     free = _wave(np.hypot(end[0] - start[0], end[1] - start[1]), k)
     # an aperture is a line of sources, each of √(jk/2π) times the wave there
     return complex(1j * k / (2 * np.pi) * np.sum(field * last) / free)
+
+
+def _arriving(depth: float, height: FloatArray, k: float) -> ComplexArray:
+    """Wave over a leg, times the cosine of the angle at which it arrives at an aperture."""
+    length = np.hypot(depth, height)
+    return np.asarray(_wave(length, k) * (depth / length), dtype=np.complex128)
 
 
 def _wave(length: FloatArray | float, k: float) -> ComplexArray:

@@ -266,13 +266,20 @@ def with_floors(points: Points, seen_map: CoherentMap, axes: Grid) -> Points:
 def strong(
     seen: Observation, residual: Residual, points: Points, threshold: float
 ) -> tuple[Points, Residual]:
-    """The possible points above the threshold, and the residual with the others added again."""
+    """The possible points above the threshold, fitted to the floors of now, and what they leave.
+
+    Fits end where no step gains `GAIN_OF_NEW_POINTS` floors. Once the side lobes of strong points
+    are gone, and ramps with interference count less, floors are tens of dB lower: what further
+    steps would gain stands out of them, and would become new points beside the old ones.
+    """
     is_kept = points.power >= threshold
     is_kept &= keeps_away(seen, points.motion[:, 0], points.motion[:, 1])
-    if np.all(is_kept):
+    if not np.all(is_kept):
+        points = points[is_kept]
+        residual = residual.after(seen, points)
+    if not len(points):
         return points, residual
-    points = points[is_kept]
-    return points, residual.after(seen, points)
+    return settled(seen, residual, points, sweeps=SWEEPS_OF_ALL, least_gain=GAIN_OF_NEW_POINTS)
 
 
 def keeps_away(seen: Observation, distance: FloatArray, rate: FloatArray) -> BoolArray:

@@ -79,7 +79,7 @@ def _mitigated(mitigation: Mitigation, frame: IfFrame) -> Mitigated:
 
 
 class Refusing(Protocol):
-    """Mitigation that cannot repair all frames, and says so before a long computation."""
+    """Mitigation, or its detector, that cannot read all frames, and says so before a long run."""
 
     def refuse(
         self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
@@ -88,21 +88,23 @@ class Refusing(Protocol):
 
 
 def refuse_unfit(
-    mitigation: Mitigation | None,
+    method: object,
     schedule: RampSchedule,
     *,
     times: SampleTimes,
     is_real: bool,
     num_channels: int,
 ) -> None:
-    """Refuse ramps, samples or an array that a mitigation cannot repair.
+    """Refuse ramps, samples or an array that a mitigation or its detector cannot read.
+
+    A ``method`` that is no `Refusing`, such as None, reads all.
 
     Raises
     ------
     CapabilityError
-        The mitigation needs equal or longer ramps, complex samples or several channels.
+        The method needs equal or longer ramps, complex samples or several channels.
     """
-    refuse = getattr(mitigation, "refuse", None)
+    refuse = getattr(method, "refuse", None)
     if refuse is not None:
         refuse(schedule, times=times, is_real=is_real, num_channels=num_channels)
 

@@ -7,11 +7,8 @@ from polychirp.axes import BoolArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.mitigation.burst_detectors import (
-    AnyBurstDetector,
-    MedianThreshold,
-    StftCfar,
-)
+from polychirp.receiver.mitigation.base import refuse_unfit
+from polychirp.receiver.mitigation.burst_detectors import AnyBurstDetector, MedianThreshold
 from polychirp.receiver.mitigation.burst_detectors.base import guard_time
 from polychirp.receiver.mitigation.burst_detectors.median_threshold import FALSE_MITIGATION
 from polychirp.spec import Spec
@@ -50,8 +47,9 @@ class BurstRepair(Spec):
         self, schedule: RampSchedule, *, times: SampleTimes, is_real: bool, num_channels: int
     ) -> None:
         """Refuse ramps that the detector cannot read."""
-        if isinstance(self.detector, StftCfar):
-            self.detector.refuse(schedule, times=times, is_real=is_real, num_channels=num_channels)
+        refuse_unfit(
+            self.detector, schedule, times=times, is_real=is_real, num_channels=num_channels
+        )
 
     def _default(self) -> MedianThreshold:
         return MedianThreshold(

@@ -24,6 +24,7 @@ from polychirp.study.mitigation.frame_sets import FRAME_SETS, NEWEST, WHOLE_BAND
 from polychirp.study.mitigation.measures import MEASURES, MeasuredFrame, measured_frame, measures
 from polychirp.study.monte_carlo.tasks import Outcome, Task, outcome_of
 from polychirp.study.provenance import versions
+from polychirp.threads import one_blas_thread
 
 FORMAT: Final = "polychirp mitigation benchmark, version 2"
 
@@ -167,8 +168,6 @@ def run_benchmark(
     RunError
         A method fails on a frame.
     """
-    from threadpoolctl import threadpool_limits
-
     tasks = [
         Task(point=place, trial=place * plan.num_frames + number, seed=number)
         for place in range(len(plan.families))
@@ -176,7 +175,7 @@ def run_benchmark(
     ]
     progress("frames", 0, len(tasks))
     rows: dict[int, Mapping[str, FrameRow]] = {}
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         for outcome in _outcomes(plan, tasks, workers):
             if outcome.failure:
                 family = plan.families[outcome.task.point]
