@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from polychirp.scoring.causes import Nature
 from polychirp.study.monte_carlo.grid import trial_seed
@@ -55,16 +56,28 @@ def test_ghosts_are_as_frequent_as_the_closed_form_says():
 
 @pytest.mark.claims
 @pytest.mark.slow
-@pytest.mark.parametrize(("axis", "spread", "trial"), [("clock", 0.3e-6, 5), ("start", 0.2e-6, 14)])
-def test_a_ghost_beyond_the_map_hides_no_target_and_leaves_nothing_in_it(axis, spread, trial):
-    """Even if its up-beats or its down-beats cross the map."""
-    one, seed = case(axis, spread), trial_seed(1, trial)
-    there = expectation(one, seed)
-    assert there.has_ridge
-    assert not there.is_in_map
-    victim = run_trial(sample_street(replace(one.study, seed=seed))).victims[0]
-    assert Nature.DIRECT.value not in victim.score.nature
-    assert all(victim.score.is_detected[victim.truth.is_visible])
+def test_a_ghost_beyond_the_map_hides_hardly_any_target_and_leaves_hardly_anything_in_it():
+    """Even if its up-beats or its down-beats cross the map.
+
+    Of 173 such frames, other ones than these, nine lost a target, or had a detection to which the
+    ghost contributed most.
+    """
+    count = wrong = 0
+    for axis, spread in (("clock", 0.3e-6), ("start", 0.2e-6)):
+        one = case(axis, spread)
+        for trial in range(600, 700):
+            seed = trial_seed(1, trial)
+            there = expectation(one, seed)
+            if there.is_in_map or not there.has_ridge:
+                continue
+            victim = run_trial(sample_street(replace(one.study, seed=seed))).victims[0]
+            count += 1
+            wrong += bool(
+                Nature.DIRECT.value in victim.score.nature
+                or not all(victim.score.is_detected[victim.truth.is_visible])
+            )
+    assert count > 30
+    assert wrong <= binom.ppf(0.99, count, 9 / 173)
 
 
 _KINDS = ("conventional", "diverse")
