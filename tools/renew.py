@@ -149,7 +149,7 @@ RECORDS: Final = (
             "src/polychirp/study/paper/statistics.json",
         ),
         starts=("tools/experiments/paper_statistics.py",),
-        minutes=60,
+        minutes=10,
     ),
     Record(
         name="fig12-13-traced",

@@ -1,7 +1,7 @@
-"""Figures 12 and 13 with hundreds of trials of every point, as the package stores them.
+"""Figures 12 and 13 with 100 or 300 trials of every point, as the package stores them.
 
-``python -m tools.experiments.paper_statistics FILE`` runs those of points, an hour on two cores;
-``… FILE vehicles`` runs those of ray-traced vehicles, three and a half hours on two cores.
+``python -m tools.experiments.paper_statistics FILE`` runs those of points, in ten minutes on two
+cores; ``… FILE vehicles`` runs those of ray-traced vehicles, in four hours on two cores.
 ``--targets 1 4`` runs those with these numbers of targets alone. Finished numbers of targets are
 stored one by one in the file, whose other rows stay. With ``--trials FOLDER``, a run that was
 interrupted goes on with the trials that it left there.
