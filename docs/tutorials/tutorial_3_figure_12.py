@@ -8,7 +8,7 @@ waveform.
 The paper draws random traffic, counts how many targets are found, and compares its proposal,
 triangles whose slope is drawn anew for every sweep, with conventional triangles. Here each target
 is a point, there are two numbers of targets and few trials, so that it runs in seconds. The whole
-figure is ``polychirp study studies/paper/fig12-13.toml``: an hour or more with points, and
+figure is ``polychirp study studies/paper/fig12-13.toml``: some ten minutes with points, and
 hours with traced bodies.
 """
 

@@ -366,6 +366,23 @@ def test_another_body_before_the_edge_leaves_no_wave():
     assert np.sum(powers) < 1e-3 * np.sum(np.abs(open_.transfer[:, 0, 0]) ** 2)
 
 
+def test_a_body_before_one_edge_leaves_the_wave_of_the_other():
+    """A screen of 1 m with a bollard before its left edge, m: the right edge's wave is the same."""
+    ball, middle = ball_at((20.0, 0.0, 0.0)), screen((0.5, 1.0, 8.0), (10.0, 0.0, 0.0))
+    cover = screen((0.2, 0.2, 3.0), (5.0, 0.25, 0.0), name="cover")
+    fields = []
+    for actors in ([middle, ball], [middle, ball, cover]):
+        bent = echoes(around(actors, [(0, 0, 0)]), bent_only=True)
+        sides = np.sign(bent.bounce_point.reshape(-1, 3, 3)[:, (0, 2), 1])
+        right = np.all(sides < 0, axis=1)
+        fields.append((np.sum(bent.transfer[right, 0, 0]), np.any(sides > 0)))
+    (open_, seen), (covered, still_seen) = fields
+    assert seen
+    assert not still_seen
+    assert abs(open_) > 0
+    assert covered == pytest.approx(open_, rel=1e-9)
+
+
 def test_a_wave_passes_below_a_car_by_way_of_the_road(compare):
     """A radar at 0.5 m, a box with a floor at 0.2 m from 8 to 12.6 m, and a ball at 20.6 m.
 

@@ -379,8 +379,8 @@ def test_a_rule_that_breaks_a_law_is_one_sentence(broken, sentence):
 class Forgetful(HopAfterHit):
     """It starts before its frame."""
 
-    def next_turn(self, last, heard, *, streams):
-        del last, heard, streams
+    def next_turn(self, last, measured, *, streams):
+        del last, measured, streams
         return Turn(delay=-1e-6)
 
 

@@ -30,7 +30,7 @@ from polychirp.synthesis.links.interference_levels import (
     interference_to_noise,
     received_paths,
 )
-from polychirp.waveform import FrameRule, Heard, Listening, Turn
+from polychirp.waveform import FrameRule, Listening, MeasuredInterference, Turn
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -86,17 +86,17 @@ def last_frame(
     makers = ("frames", tracer, scene, times)
     known = recalled(traces, makers, traced)
     turns = [first_turn(study, radar) for radar in study.radars]
-    rows: list[tuple[tuple[RampSchedule, ...], list[Heard]]] = []
+    rows: list[tuple[tuple[RampSchedule, ...], list[MeasuredInterference]]] = []
     schedules: tuple[RampSchedule, ...] = ()
     for frame, paths in enumerate(known):
         here = _Frame(study, rule, scene, paths, frame)
         turns, schedules = here.sent(turns)
         here.refuse_too_long(schedules)
-        heard = here.heard(schedules)
-        rows.append((schedules, heard))
+        measured = here.measured(schedules)
+        rows.append((schedules, measured))
         turns = [
             rule.next_turn(turn, one, streams=here.streams(number, frame + 1))
-            for number, (turn, one) in enumerate(zip(turns, heard, strict=True))
+            for number, (turn, one) in enumerate(zip(turns, measured, strict=True))
         ]
     return LastFrame(schedules=schedules, history=_history(study, rule, rows))
 
@@ -115,15 +115,15 @@ def frame_begin(rule: FrameRule, number: int) -> float:
 def _history(
     study: Study,
     rule: FrameRule,
-    rows: Sequence[tuple[Sequence[RampSchedule], Sequence[Heard]]],
+    rows: Sequence[tuple[Sequence[RampSchedule], Sequence[MeasuredInterference]]],
 ) -> FrameHistory:
-    inr = np.array([[one.inr for one in heard] for _, heard in rows])
+    inr = np.array([[one.inr for one in measured] for _, measured in rows])
     return FrameHistory(
         names=tuple(radar.name for radar in study.radars),
         interval=rule.frame_interval,
         start_time=np.array([[float(one.start_time[0]) for one in sent] for sent, _ in rows]),
         inr=inr,
-        hit_ramps=np.array([[one.hit_ramps for one in heard] for _, heard in rows]),
+        hit_ramps=np.array([[one.hit_ramps for one in measured] for _, measured in rows]),
         is_lost=inr > rule.tolerated,
     )
 
@@ -198,7 +198,7 @@ class _Frame:
     def _begin(self, radar: int, turn: Turn) -> float:
         return float(self.schedule(radar, turn).start_time[0])
 
-    def heard(self, schedules: Sequence[RampSchedule]) -> list[Heard]:
+    def measured(self, schedules: Sequence[RampSchedule]) -> list[MeasuredInterference]:
         """Interference that every radar measures in this frame."""
         ratios = [
             interference_to_noise(self.scene, schedules, self.paths, victim=number)
@@ -209,7 +209,7 @@ class _Frame:
             for schedule, radar in zip(schedules, self.scene.radars, strict=True)
         ]
         return [
-            Heard(
+            MeasuredInterference(
                 inr=float(np.average(ratio, weights=one.num_samples)),
                 hit_ramps=float(np.mean(ratio > 1.0)),
             )

@@ -17,19 +17,19 @@ WORKER: Final = "polychirp.study.warm_up"
 PARTS: Final = {
     part.name: part
     for part in (
-        Part(name="visibility", duration=23.0, kernels=51),
-        Part(name="bounces", duration=53.0, kernels=128),
-        Part(name="facets", duration=54.0, kernels=104),
-        Part(name="synthesis", duration=44.0, kernels=46),
-        Part(name="codes", duration=2.0, kernels=1),
-        Part(name="bundles", duration=22.0, kernels=17),
-        Part(name="edges", duration=21.0, kernels=43),
+        Part(name="visibility", duration=12.0, kernels=51),
+        Part(name="bounces", duration=30.0, kernels=128),
+        Part(name="facets", duration=26.0, kernels=104),
+        Part(name="synthesis", duration=19.0, kernels=46),
+        Part(name="codes", duration=1.0, kernels=1),
+        Part(name="bundles", duration=9.0, kernels=17),
+        Part(name="edges", duration=8.0, kernels=43),
         Part(name="tables", duration=1.0, kernels=1),
         Part(name="targets", duration=1.0, kernels=1),
         Part(name="profiles", duration=1.0, kernels=1),
         Part(name="range-Doppler", duration=1.0, kernels=1),
-        Part(name="coherent", duration=88.0, kernels=76),
-        Part(name="point vehicles", duration=4.0, kernels=5),
+        Part(name="coherent", duration=47.0, kernels=76),
+        Part(name="point vehicles", duration=2.0, kernels=5),
     )
 }
 """All parts, in the order of compilation: bounces and facets use kernels of visibility. Durations

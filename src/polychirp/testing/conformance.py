@@ -19,7 +19,7 @@ from polychirp.receiver.signal_model.point_signal import path_of, replica
 from polychirp.rng import Streams
 from polychirp.waveform.access import Access
 from polychirp.waveform.base import Waveform
-from polychirp.waveform.frame_rules import FrameRule, Heard, Listening, Turn
+from polychirp.waveform.frame_rules import FrameRule, Listening, MeasuredInterference, Turn
 from polychirp.waveform.sawtooth import Sawtooth
 
 FIELDS = ("start_time", "duration", "start_frequency", "slope", "start_phase", "sweep")
@@ -145,9 +145,12 @@ def _faults_of_turns(rule: FrameRule) -> Iterator[str]:
     for name in ("num_frames", "frame_interval", "tolerated"):
         if not getattr(rule, name) > 0:
             yield f"its {name} is {getattr(rule, name)!r}; give it a positive value"
-    for heard in (Heard(inr=0.0, hit_ramps=0.0), Heard(inr=1e3, hit_ramps=1.0)):
+    for measured in (
+        MeasuredInterference(inr=0.0, hit_ramps=0.0),
+        MeasuredInterference(inr=1e3, hit_ramps=1.0),
+    ):
         last = Turn(delay=1e-6, draw=3)
-        one, again = (rule.next_turn(last, heard, streams=Streams(seed=2)) for _ in range(2))
+        one, again = (rule.next_turn(last, measured, streams=Streams(seed=2)) for _ in range(2))
         if one != again:
             yield "equal streams give another next turn; draw from the streams alone"
         if not one.delay >= 0.0:

@@ -26,10 +26,10 @@ from polychirp.waveform.coding import TimeDivision as TimeDivision
 from polychirp.waveform.coding import coded as coded
 from polychirp.waveform.diverse_sawtooth import DiverseSawtooth as DiverseSawtooth
 from polychirp.waveform.frame_rules import FrameRule as FrameRule
-from polychirp.waveform.frame_rules import Heard as Heard
 from polychirp.waveform.frame_rules import HopAfterHit as HopAfterHit
 from polychirp.waveform.frame_rules import ListenBeforeTalk as ListenBeforeTalk
 from polychirp.waveform.frame_rules import Listening as Listening
+from polychirp.waveform.frame_rules import MeasuredInterference as MeasuredInterference
 from polychirp.waveform.frame_rules import RedrawEachFrame as RedrawEachFrame
 from polychirp.waveform.frame_rules import Turn as Turn
 from polychirp.waveform.hopping import Hopping as Hopping

@@ -2,8 +2,8 @@
 
 A rule is plain data. For every radar and frame it gives a `Turn`: when the radar starts, how far
 its frequencies are shifted, and which draw of its waveform it sends. It sees its own last turn and
-what its radar measured, `Heard`, and nothing of other radars. Random choices come from streams with
-the names of the radar and the frame.
+what its radar measured, `MeasuredInterference`, and nothing of other radars. Random choices come
+from streams with the names of the radar and the frame.
 
 A rule that also listens before each frame (`Listening`) is asked, after every time of listening,
 how long the radar waits.
@@ -45,7 +45,7 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Heard:
+class MeasuredInterference:
     """Interference that one radar measured in one frame.
 
     Parameters
@@ -81,7 +81,7 @@ class FrameRule(Protocol):
     def assign(self, *, names: Sequence[str], heading: FloatArray, streams: Streams) -> Assignment:
         """Delay and shift of every radar in the first frame, as of `Access`."""
 
-    def next_turn(self, last: Turn, heard: Heard, *, streams: Streams) -> Turn:
+    def next_turn(self, last: Turn, measured: MeasuredInterference, *, streams: Streams) -> Turn:
         """The turn of a radar in its next frame.
 
         ``streams`` belong to the radar and that frame; equal ones give an equal turn.
@@ -179,7 +179,7 @@ class DrawnTurns(FrameRuleSettings):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RedrawEachFrame(DrawnTurns):
-    """Every radar draws its turn anew for every frame, whatever it heard.
+    """Every radar draws its turn anew for every frame, whatever it measured.
 
     With ``slot`` and ``num_slots`` it is slotted ALOHA from frame to frame, which needs a common
     clock; with ``start_spread``, pure ALOHA, or the dither of Texas Instruments' report SWRA662A;
@@ -189,7 +189,7 @@ class RedrawEachFrame(DrawnTurns):
     Examples
     --------
     >>> rule = RedrawEachFrame(num_slots=8, slot=2e-6)
-    >>> quiet = Heard(inr=0.0, hit_ramps=0.0)
+    >>> quiet = MeasuredInterference(inr=0.0, hit_ramps=0.0)
     >>> turns = [rule.next_turn(Turn(), quiet, streams=Streams(seed=n)) for n in range(3)]
     >>> [round(turn.delay / 2e-6) for turn in turns], [turn.draw for turn in turns]
     ([0, 6, 3], [1, 1, 1])
@@ -197,9 +197,9 @@ class RedrawEachFrame(DrawnTurns):
 
     kind: Literal["redraw-each-frame"] = "redraw-each-frame"
 
-    def next_turn(self, last: Turn, heard: Heard, *, streams: Streams) -> Turn:
+    def next_turn(self, last: Turn, measured: MeasuredInterference, *, streams: Streams) -> Turn:
         """See `FrameRule.next_turn`."""
-        del heard
+        del measured
         return self.drawn(draw=last.draw + 1, streams=streams)
 
 
@@ -220,9 +220,9 @@ class HopAfterHit(DrawnTurns):
     --------
     >>> rule = HopAfterHit(num_channels=4, spacing=75e6)
     >>> last, streams = Turn(shift=150e6), Streams(seed=1)
-    >>> rule.next_turn(last, Heard(inr=0.01, hit_ramps=0.0), streams=streams) == last
+    >>> rule.next_turn(last, MeasuredInterference(inr=0.01, hit_ramps=0.0), streams=streams) == last
     True
-    >>> rule.next_turn(last, Heard(inr=9.0, hit_ramps=0.3), streams=streams).draw
+    >>> rule.next_turn(last, MeasuredInterference(inr=9.0, hit_ramps=0.3), streams=streams).draw
     1
     """
 
@@ -238,9 +238,9 @@ class HopAfterHit(DrawnTurns):
                 f"hit_ramps is {self.hit_ramps:g}; it is a share of the ramps, from 0 to 1"
             )
 
-    def next_turn(self, last: Turn, heard: Heard, *, streams: Streams) -> Turn:
+    def next_turn(self, last: Turn, measured: MeasuredInterference, *, streams: Streams) -> Turn:
         """See `FrameRule.next_turn`."""
-        if heard.inr > self.hit or heard.hit_ramps > self.hit_ramps:
+        if measured.inr > self.hit or measured.hit_ramps > self.hit_ramps:
             return self.drawn(draw=last.draw + 1, streams=streams)
         return last
 
@@ -302,9 +302,9 @@ class ListenBeforeTalk(FrameRuleSettings):
         begin = [streams["access", name].uniform(0.0, self.start_spread) for name in names]
         return Assignment(delay=np.array(begin), shift=np.zeros(len(names)))
 
-    def next_turn(self, last: Turn, heard: Heard, *, streams: Streams) -> Turn:
+    def next_turn(self, last: Turn, measured: MeasuredInterference, *, streams: Streams) -> Turn:
         """See `FrameRule.next_turn`."""
-        del heard
+        del measured
         begin = last.delay
         if begin > self.start_spread:
             begin = float(streams["start"].uniform(0.0, self.start_spread))

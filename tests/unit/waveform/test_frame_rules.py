@@ -11,15 +11,18 @@ from polychirp.waveform import (
     Access,
     Compass,
     FrameRule,
-    Heard,
     HopAfterHit,
     ListenBeforeTalk,
     Listening,
+    MeasuredInterference,
     RedrawEachFrame,
     Turn,
 )
 
-QUIET, HIT = Heard(inr=0.0, hit_ramps=0.0), Heard(inr=1.0, hit_ramps=0.5)
+QUIET, HIT = (
+    MeasuredInterference(inr=0.0, hit_ramps=0.0),
+    MeasuredInterference(inr=1.0, hit_ramps=0.5),
+)
 RULES = [
     RedrawEachFrame(num_slots=10, slot=2e-6, start_spread=1e-6, num_channels=4, spacing=75e6),
     HopAfterHit(num_slots=10, slot=2e-6, start_spread=1e-6, num_channels=4, spacing=75e6),
@@ -62,8 +65,18 @@ def test_a_radar_keeps_its_turn_after_a_clean_frame_and_draws_another_after_a_hi
 def test_a_detector_of_bursts_can_trigger_the_hop():
     """Few ramps hit hard, or many softly: each limit acts alone."""
     rule = HopAfterHit(num_channels=4, spacing=75e6, hit=1e9, hit_ramps=0.1)
-    assert rule.next_turn(Turn(), Heard(inr=0.0, hit_ramps=0.2), streams=Streams(1)).draw == 1
-    assert rule.next_turn(Turn(), Heard(inr=5.0, hit_ramps=0.05), streams=Streams(1)).draw == 0
+    assert (
+        rule.next_turn(
+            Turn(), MeasuredInterference(inr=0.0, hit_ramps=0.2), streams=Streams(1)
+        ).draw
+        == 1
+    )
+    assert (
+        rule.next_turn(
+            Turn(), MeasuredInterference(inr=5.0, hit_ramps=0.05), streams=Streams(1)
+        ).draw
+        == 0
+    )
 
 
 def test_drawn_slots_and_channels_are_uniform():

@@ -9,7 +9,6 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.bent_echoes.edge_waves import (
-    NUM_EDGES,
     Edges,
     EdgeWaves,
     edge_table,
@@ -284,15 +283,13 @@ def _views_over(
     world: World, view: View, blocker: int, edges: Edges, patches: Patches
 ) -> list[BentView]:
     """Views over those edges of one vehicle that may matter."""
-    surface, places = world.surfaces[view.body], patches.place
-    # most vehicles are far off the way to the body, which few of its patches tell
-    some = edge_waves(edges, places[surface.patch[surface.panel_face]], world.wavenumber)
-    if np.max(np.abs(some.field), initial=0.0) < 0.5 * WEAKEST_EDGE:
+    kept = _edges_seen(world, view, blocker, edges, patches)
+    if not len(kept):
         return []
     facing = np.flatnonzero(patches.may_face)
-    waves = edge_waves(edges, places, world.wavenumber, some=facing)
+    waves = edge_waves(edges, patches.place, world.wavenumber, some=facing)
     found = []
-    for edge in range(NUM_EDGES):
+    for edge in kept:
         is_lit = np.abs(waves.field[edge]) > WEAKEST_WAVE
         is_lit &= _dots(patches.normal, waves.direction[edge]) < 0.0
         if not np.any(is_lit):
@@ -309,7 +306,7 @@ def _views_over(
                 straight=view,
                 blocker=blocker,
                 edges=edges,
-                edge=edge,
+                edge=int(edge),
                 patches=patches,
                 at_patches=waves,
                 least_length=max(float(length.min()) - PATCH_REACH, 0.0),
@@ -317,6 +314,28 @@ def _views_over(
             )
         )
     return found
+
+
+def _edges_seen(world: World, view: View, blocker: int, edges: Edges, patches: Patches) -> IntArray:
+    """Numbers of the edges that the radar sees, and whose waves may matter, by a few patches.
+
+    Most vehicles are far off the way to the body, or hidden from the radar by others. One ray to
+    an edge tells, since all rays to it are near each other.
+    """
+    surface = world.surfaces[view.body]
+    places = patches.place[surface.patch[surface.panel_face]]
+    waves = edge_waves(edges, places, world.wavenumber)
+    size = np.abs(waves.field)
+    kept = np.flatnonzero(np.max(size, axis=1, initial=0.0) > 0.5 * WEAKEST_EDGE)
+    towards = np.empty((len(kept), 3))
+    for number, edge in enumerate(kept):
+        some = np.flatnonzero(size[edge] > WEAKEST_WAVE)
+        off = places[some] - places[some].mean(axis=0)
+        middle = some[np.argmin(_dots(off, off))]
+        lift = EDGE_CLEARANCE * edges.outwards[edge]
+        towards[number] = view.source + waves.bend[edge, middle, 0] + lift
+    start = np.broadcast_to(view.source, towards.shape)
+    return kept[~blocked(world, start, towards, but_body=blocker)]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -432,16 +451,8 @@ def _reached_patches(world: World, view: BentView) -> BoolArray:
     if not len(some):
         return is_lit
     lift = EDGE_CLEARANCE * view.edges.outwards[view.edge]
-    start = view.source
-    # one ray to the edge suffices: all rays to it are near each other
-    off = place[some] - place[some].mean(axis=0)
-    middle = some[np.argmin(_dots(off, off))]
-    towards = start + waves.bend[view.edge, middle, :1] + lift
-    if blocked(world, start[None], towards, but_body=view.blocker)[0]:
-        return np.zeros(len(is_lit), dtype=np.bool_)
-    some = np.flatnonzero(is_lit)
-    bend = start + waves.bend[view.edge, some, 1] + lift
-    end = start + place[some]
+    bend = view.source + waves.bend[view.edge, some, 1] + lift
+    end = view.source + place[some]
     near = _obstacles(world, bend, end)
     is_lit[some] = ~blocked(world, bend, end, clearance=0.0, but_body=view.blocker, among=near)
     return is_lit
