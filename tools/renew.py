@@ -138,7 +138,7 @@ RECORDS: Final = (
     _table("mitigation", 3),
     _table("published", 2),
     _table("chirp-sequence", 3, program="chirp_sequence"),
-    _table("benchmark", 8),
+    _table("benchmark", 20),
     _table("diversity", 20),
     _table("ghosts", 15, program="ghost"),
     Record(
