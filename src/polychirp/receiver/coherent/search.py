@@ -106,7 +106,8 @@ def find_points(
     Parameters
     ----------
     samples : the residual of no points
-    dynamic_range : power ratio of the map's greatest value to the weakest peak that is tried
+    dynamic_range : power ratio of the strongest point to the weakest peak that is tried, and to the
+        weakest point that is kept
     most : number of points at which the search ends
     residue_margin : power ratio by which, at the end, points that do not move with a near body
         stand out of what it leaves more than they do of noise
@@ -126,10 +127,10 @@ def find_points(
         seen_map = coherent_map(seen, profiles, memory)
         points = with_floors(points, seen_map, axes)
         points, residual = strong(seen, residual, points, threshold)
-        top = max(top, float(seen_map.power.max()), float(np.max(points.strength, initial=0.0)))
-        found = peaks(seen_map, axes, threshold)
-        is_possible = keeps_away(seen, found.range, found.range_rate)
-        found = found[is_possible & (found.power * dynamic_range >= top)]
+        shown = float(seen_map.power.max()) if num_rough else 0.0
+        top = max(top, float(np.max(received(seen, points), initial=shown)))
+        found = away(seen, peaks(seen_map, axes, threshold))
+        found = found[found.power * dynamic_range >= top]
         trial = Trial.of(seen_map, residual, accelerations, threshold=threshold, is_tried=is_tried)
         before = residual
         points, trial, fresh = with_pairs(trial, points, new_points(trial, found))
@@ -232,8 +233,18 @@ def standing_out(
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=points.amplitude.shape[1])
     is_shared = overlaps_another(seen, Replicas.of(seen, points))
     needed = np.where(is_shared, min(least, threshold), threshold)
-    weakest = np.max(points.strength, initial=0.0) / dynamic_range
-    return points[(points.power >= needed) & (points.strength >= weakest)]
+    power = received(seen, points)
+    weakest = np.max(power, initial=0.0) / dynamic_range
+    return points[(points.power >= needed) & (power >= weakest)]
+
+
+def received(seen: Observation, points: Points) -> FloatArray:
+    """Power of every point in all samples as they were received, W, ``(point,)``.
+
+    It does not depend on directions. What makes the noise of the channels white does: it raises
+    points by tens of dB that come from where no noise comes.
+    """
+    return np.asarray(np.sum(np.abs(points.amplitude) ** 2, axis=1) * np.sum(seen.count))
 
 
 def adapted(
@@ -292,6 +303,11 @@ def keeps_away(seen: Observation, distance: FloatArray, rate: FloatArray) -> Boo
     distance, rate : m and m/s in the middle of the frame, ``(point,)``
     """
     return np.asarray(np.abs(distance) > 0.5 * seen.duration * np.abs(rate), dtype=np.bool_)
+
+
+def away(seen: Observation, found: Peaks) -> Peaks:
+    """The peaks at which a point would not run through the radar."""
+    return found[keeps_away(seen, found.range, found.range_rate)]
 
 
 def with_pairs(trial: Trial, points: Points, fresh: Points) -> tuple[Points, Trial, Points]:

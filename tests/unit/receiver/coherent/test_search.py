@@ -1,5 +1,6 @@
 """New points are added together, or in halves if one leads nowhere; the search has an end."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,10 @@ from polychirp.errors import ModelWarning
 from polychirp.model.radar import Converter
 from polychirp.receiver.coherent import search
 from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.coherent.noise import whitening
+from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.mitigation.base import mitigated
 from tests.support.points import HandPoint, frame_of
 from tests.support.schedules import drawn_chirps
 
@@ -69,3 +73,23 @@ def test_a_point_that_would_run_through_the_radar_is_none():
     rate = np.array([17.0, -17.0, 17.0, -17.0, 0.0, 17.0, 17.0])
     away = search.keeps_away(seen, distance, rate)
     assert away.tolist() == [False, False, True, True, True, True, False]
+
+
+@pytest.mark.parametrize(("dynamic_range", "expected"), [(1e4, 2), (1e2, 1)])
+def test_the_dynamic_range_is_that_of_received_powers(dynamic_range, expected):
+    """Of two points 30 dB apart, noise comes from the direction of the weak one.
+
+    White channels have the weak one 6 dB lower, and the strong one 50 dB higher.
+    """
+    frame = frame_of(drawn_chirps(32, seed=1), [], converter=FAST)
+    steering = np.exp(1j * np.pi * np.outer([0.3, -0.5], np.arange(4)))
+    amplitude = np.array([[1.0], [10.0**1.5]]) * steering
+    noise = np.outer(steering[0], steering[0].conj()) + 1e-5 * np.eye(4)
+    seen = replace(Observation.of(frame, mitigated(None, frame)), mixing=whitening(noise))
+    white = np.sum(np.abs(amplitude @ seen.mixing.T) ** 2, axis=1)
+    assert 10.0 * np.log10(white[1] / white[0]) == pytest.approx(86.0, abs=0.5)
+    points = replace(
+        points_at([9.0, 12.0]), amplitude=amplitude, power=white * frame.samples[0].size
+    )
+    kept = search.standing_out(seen, points, 10.0, dynamic_range)
+    assert len(kept) == expected
