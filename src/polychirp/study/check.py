@@ -11,6 +11,7 @@ from polychirp.study.limits.access import access_in_vain, refuse_long_frames
 from polychirp.study.limits.beams import gains_beyond_beams
 from polychirp.study.limits.derived_radar import DerivedRadar, derived_radar
 from polychirp.study.limits.frames import refuse_undersampled, refuse_unread, refuse_unrepaired
+from polychirp.study.limits.interferers import silent_radars
 from polychirp.study.limits.power import PointEcho, point_echoes
 from polychirp.study.limits.problems import problems
 from polychirp.study.limits.radios import (
@@ -19,12 +20,14 @@ from polychirp.study.limits.radios import (
     idle_elements,
     implausible_carriers,
     implausible_mounts,
+    implausible_noise,
 )
 from polychirp.study.limits.receivers import (
     ambiguous_arrays,
     limits_of_paper_receiver,
     long_guards,
     open_speeds,
+    unused_speeds,
 )
 from polychirp.study.limits.size import SAMPLE_BYTES, refuse_too_large
 from polychirp.study.limits.targets import targets_out_of_reach, targets_without_echo
@@ -99,11 +102,11 @@ def check(study: Study) -> Derived:
     -----
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
-        for the guard of the receiver's mitigation, an array is ambiguous
-        in its elements' beam, transmitting elements are idle, a rule of access does not keep
-        radars apart, a target is out of reach, behind the radar or too fast for the receiver,
-        beats that real samples fold are not filtered out, or a carrier, a power or a mount is
-        implausible.
+        for the guard of the receiver's mitigation, an array is ambiguous in its elements' beam,
+        transmitting elements are idle, a rule of access does not keep radars apart, a radar cannot
+        disturb a victim, a target is out of reach, behind the radar or too fast for the receiver,
+        beats that real samples fold are not filtered out, or a carrier, a power, a noise figure or
+        a mount is implausible.
     """
     try:
         if study.seed >= 0:  # `problems` reports a negative seed
@@ -154,13 +157,16 @@ def _cautions(
     yield from implausible_carriers(study, schedules)
     yield from excessive_powers(study)
     yield from implausible_mounts(study)
+    yield from implausible_noise(study)
     yield from targets_without_echo(study)
     yield from limits_of_paper_receiver(study, schedules)
     yield from long_guards(study, schedules)
     yield from ambiguous_arrays(study, schedules)
     yield from open_speeds(study, schedules)
+    yield from unused_speeds(study, schedules)
     yield from idle_elements(study, schedules)
     yield from access_in_vain(study, schedules)
+    yield from silent_radars(study, schedules)
     yield from targets_out_of_reach(study, schedules)
 
 

@@ -351,7 +351,7 @@ def test_beats_that_a_radar_cannot_sample_are_refused(change):
 
 
 def test_radars_that_are_no_victims_need_not_sample_their_echoes():
-    slow = replace(FRONT, name="slow", converter=Converter(sample_rate=0.3e6))
+    slow = replace(FRONT, name="slow", vehicle="car", converter=Converter(sample_rate=0.3e6))
     assert check(replace(STUDY, radars=(FRONT, slow), victims=("front",))).victims == ("front",)
     with pytest.raises(PhysicsError, match=r"radars\.1: .*'slow' samples no more than 150"):
         check(replace(STUDY, radars=(FRONT, slow), victims=("front", "slow")))
@@ -775,6 +775,75 @@ def test_rules_of_access_that_keep_nobody_apart_are_noted(rule, message):
 def test_rules_of_access_that_keep_radars_apart_are_not(rule):
     study = replace(STUDY, radars=(FRONT, replace(OTHER, waveform=PLAIN)))
     check(replace(study, access=rule))
+
+
+def test_slots_do_not_keep_different_slopes_apart():
+    message = r"slots' keeps radars of equal slopes apart, and theirs reach from 0.* to 1 MHz/us"
+    with pytest.warns(ModelWarning, match=message):
+        check(replace(STUDY, access=Slots(slot=50e-6, num_slots=3)))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"start_time": 10.0}, "it begins to transmit at 10 s, and the frame has ended at 32 ms"),
+        ({"start_time": -1.0}, "it has transmitted at -9.* ms, and the frame begins at 0 ms"),
+        (
+            {"waveform": replace(PLAIN, start_frequency=81e9)},
+            "it transmits at 81 to 82 GHz, and the frame is at 79 to 80 GHz",
+        ),
+    ],
+)
+def test_a_radar_that_cannot_disturb_the_victim_is_noted(change, message):
+    study = replace(STUDY, radars=(FRONT, replace(OTHER, **change)), victims=("front",))
+    with pytest.warns(ModelWarning, match=f"'other' does not disturb 'front': {message}"):
+        check(study)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"start_time": 31e-3},
+        {"waveform": replace(PLAIN, start_frequency=80.0005e9, bandwidth=0.5e9)},
+    ],
+)
+def test_a_radar_that_meets_the_victim_for_a_moment_is_not(change):
+    """The last ramp ends at 32 ms, and the IF filter stops 0.7 MHz."""
+    check(replace(STUDY, radars=(FRONT, replace(OTHER, **change)), victims=("front",)))
+
+
+def test_two_radars_at_one_place_are_refused_by_the_check():
+    study = replace(STUDY, radars=(FRONT, replace(OTHER, vehicle="ego")))
+    with pytest.raises(InputError, match=r"radars.1.mount: radars 'front' and 'other' are at the"):
+        check(study)
+
+
+def test_a_noise_figure_that_no_radar_has_is_noted():
+    """140 dB in the place of 14.0 dB."""
+    noisy = replace(FRONT, noise_figure=from_db(140.0))
+    with pytest.warns(ModelWarning, match="'front' has a noise figure of 140 dB"):
+        check(replace(STUDY, radars=(noisy, OTHER)))
+
+
+def test_a_frame_whose_map_a_point_fills_is_noted():
+    """In 100 µs, range rates are 19 m/s apart; 20 m/s are one cell."""
+    short = replace(FRONT, waveform=Sawtooth(bandwidth=150e6, ramp_duration=100e-6))
+    receiver = CoherentReceiver(greatest_speed=20.0)
+    study = replace(STUDY, radars=(short,), num_sweeps=1, receiver=receiver)
+    with pytest.warns(ModelWarning) as notes:
+        check(study)
+    assert any("lasts 100 us" in str(note.message) for note in notes)
+    with pytest.warns(ModelWarning) as notes:
+        check(replace(study, receiver=replace(receiver, greatest_speed=30.0)))
+    assert not any("lasts 100 us" in str(note.message) for note in notes)
+
+
+def test_a_greatest_speed_that_the_chosen_receiver_lacks_is_noted():
+    chirps = replace(FRONT, waveform=Sawtooth(bandwidth=150e6, ramp_duration=100e-6))
+    study = replace(STUDY, radars=(chirps,), num_sweeps=64, receiver=AutoReceiver())
+    check(study)
+    with pytest.warns(ModelWarning, match="greatest_speed has no effect on 'front': 'auto' choo"):
+        check(replace(study, receiver=AutoReceiver(greatest_speed=5.0)))
 
 
 def test_a_radar_alone_needs_no_slot():

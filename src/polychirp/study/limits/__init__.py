@@ -14,4 +14,5 @@ meant so, gets a sentence for a warning. The modules; others may use the names b
 - `receivers`: ramps and arrays that suit a receiver in part only.
 - `targets`: targets without an echo, too far, behind the radar or too fast: `targets_out_of_reach`.
 - `access`: rules of access that keep nobody apart: `access_in_vain`.
+- `interferers`: radars of which a victim receives nothing: `silent_radars`.
 """

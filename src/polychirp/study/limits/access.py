@@ -3,11 +3,17 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+import numpy as np
+
 from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.study.spec import Study
 from polychirp.waveform.access import Compass, Slots
 from polychirp.waveform.frame_rules import FrameRule
+
+SAME_SLOPE: Final = 1e-3
+"""Difference of slopes, relative, up to which slots keep radars apart; chosen: ramps of 1 GHz are
+then apart by 1 MHz more or less at their end."""
 
 _ROUNDING: Final = 1e-9
 """Relative excess of a frame over its interval that is an error of rounding; chosen."""
@@ -24,6 +30,15 @@ def access_in_vain(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[
     if len(study.radars) < 2:
         return
     if isinstance(rule, Slots) and rule.num_slots > 1:
+        steepness = np.concatenate([np.abs(schedule.slope) for schedule in schedules])
+        if float(np.ptp(steepness)) > SAME_SLOPE * float(steepness.max()):
+            yield (
+                f"access.kind = 'slots' keeps radars of equal slopes apart, and theirs reach from "
+                f"{1e-12 * float(steepness.min()):.3g} to {1e-12 * float(steepness.max()):.3g} "
+                "MHz/us, so that their ramps cross; give all radars the same ramps, such as "
+                "waveform.kind = 'sawtooth' or 'triangular'"
+            )
+            return
         radar, needed = max(
             (
                 (radar.name, radar.if_filter.stopband / float(abs(schedule.slope).min()))

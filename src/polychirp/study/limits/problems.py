@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from polychirp.channel.base import AtFrequency
 from polychirp.channel.materials.library import check_materials, material_table
 from polychirp.channel.point_vehicles.tracer import PointVehicles
@@ -109,6 +111,7 @@ def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
     except InputError as error:
         yield "street", str(error)
         return
+    yield from _same_places(scene)
     for number, (radar, carrier) in enumerate(zip(scene.radars, scene.carriers, strict=True)):
         try:
             refuse_radar_inside_body(replace(scene, radars=(radar,), carriers=(carrier,)))
@@ -125,6 +128,19 @@ def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
             refuse_untraceable(scene)
         except CapabilityError as error:
             yield "tracer", str(error)
+
+
+def _same_places(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Radars at the place of one before them: the wave between them has no length."""
+    place = scene.radar_position
+    for number, radar in enumerate(scene.radars):
+        same = np.flatnonzero(np.all(place[:number] == place[number], axis=-1))
+        if same.size:
+            other = scene.radars[same[0]].name
+            yield (
+                f"radars.{number}.mount",
+                f"radars '{other}' and '{radar.name}' are at the same position; move one of them",
+            )
 
 
 def _material_problems(

@@ -13,7 +13,7 @@ from polychirp.channel.base import AtFrequency
 from polychirp.model.ramp import RampSchedule
 from polychirp.study.limits.derived_radar import DerivedRadar
 from polychirp.study.limits.power import eirp
-from polychirp.study.spec import Study, StudyRadar, tracer_of
+from polychirp.study.spec import Study, StudyRadar, tracer_of, victim_indices
 from polychirp.units import from_db, to_db
 
 FARTHEST_MOUNT: Final = 1.0
@@ -30,6 +30,10 @@ GREATEST_EIRP: Final = from_db(55.0 - 30.0)
 """Greatest equivalent isotropically radiated power of an element, W, without a warning. It is the
 peak that ETSI EN 301 091-1 allows radars on the road from 76 to 77 GHz, and EN 302 264 from 77 to
 81 GHz."""
+
+
+GREATEST_NOISE_FIGURE: Final = from_db(30.0)
+"""Greatest noise figure, a ratio, without a warning; chosen."""
 
 
 def implausible_carriers(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
@@ -75,6 +79,18 @@ def implausible_mounts(study: Study) -> Iterator[str]:
             yield (
                 f"'{radar.name}' is {gap:.3g} m away from '{radar.vehicle}', on which it rides; "
                 "check its mount"
+            )
+
+
+def implausible_noise(study: Study) -> Iterator[str]:
+    """Victims whose noise figure is no radar's, such as 140 dB instead of 14.0 dB."""
+    for number in victim_indices(study):
+        radar = study.radars[number]
+        if radar.noise_figure > GREATEST_NOISE_FIGURE:
+            yield (
+                f"'{radar.name}' has a noise figure of "
+                f"{float(to_db(radar.noise_figure)):.3g} dB, and radars on the road "
+                "have 8 to 20 dB; check its noise_figure"
             )
 
 

@@ -15,13 +15,23 @@ from polychirp.receiver.angle.ambiguity import SAME_COSINE, ambiguities, beam_of
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.transforms import MOST_UNEVEN
-from polychirp.receiver.selection import angle_estimator, readable_elements, receiver_for
+from polychirp.receiver.selection import (
+    AutoReceiver,
+    angle_estimator,
+    readable_elements,
+    receiver_for,
+)
 from polychirp.receiver.signal_model.equal_ramps import unequal
 from polychirp.study.spec import Study, victim_indices
 
 GREATEST_GUARD: Final = 0.1
 """Greatest guard of a mitigation, as a share of the shortest ramp, without a warning. Chosen: with
 a longer guard on either side, each burst removes more than a fifth of a ramp."""
+
+
+FEWEST_CELLS: Final = 1.5
+"""Least greatest speed of the coherent receiver, in cells λ/2T, with which it detects; measured: it
+finds points of single ramps with 1.8 cells, and none with 1.0."""
 
 
 def limits_of_paper_receiver(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
@@ -97,7 +107,40 @@ def open_speeds(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str
         schedule = schedules[number]
         receiver = receiver_for(study.receiver, schedule)
         if isinstance(receiver, CoherentReceiver):
+            yield from _short_frame(study.radars[number].name, receiver, schedule)
             yield from _open_speeds(study.radars[number].name, receiver, schedule)
+
+
+def unused_speeds(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
+    """A greatest speed that "auto" sets for a receiver without one."""
+    receiver = study.receiver
+    if not isinstance(receiver, AutoReceiver):
+        return
+    if receiver.greatest_speed == AutoReceiver().greatest_speed:
+        return
+    for number in victim_indices(study):
+        chosen = receiver.chosen(schedules[number])
+        if not hasattr(chosen, "greatest_speed"):
+            yield (
+                f"receiver.greatest_speed has no effect on '{study.radars[number].name}': 'auto' "
+                f"chooses the receiver '{chosen.kind}' for its ramps, which covers the range rates "
+                "that they tell apart"
+            )
+
+
+def _short_frame(name: str, receiver: CoherentReceiver, schedule: RampSchedule) -> Iterator[str]:
+    """A sentence if one point fills all range rates of the map, and so the noise at its range."""
+    length = float(schedule.end_time[-1] - schedule.start_time[0])
+    cell = 0.5 * SPEED_OF_LIGHT / (float(schedule.centre_frequency[0]) * length)
+    if receiver.greatest_speed < FEWEST_CELLS * cell:
+        needed = 3.6 * 2.0 * cell
+        yield (
+            f"the frame of '{name}' lasts {1e6 * length:.3g} us, which tells range rates "
+            f"{3.6 * cell:.3g} km/h apart, and its receiver 'coherent' searches "
+            f"±{3.6 * receiver.greatest_speed:.0f} km/h: a target fills all of them and is taken "
+            f"for noise; set receiver.greatest_speed to '{needed:.0f} km/h' or more, or use more "
+            "ramps"
+        )
 
 
 def _open_speeds(name: str, receiver: CoherentReceiver, schedule: RampSchedule) -> Iterator[str]:
