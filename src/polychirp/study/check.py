@@ -27,7 +27,6 @@ from polychirp.study.limits.receivers import (
     limits_of_paper_receiver,
     long_guards,
     open_speeds,
-    unused_speeds,
 )
 from polychirp.study.limits.size import SAMPLE_BYTES, refuse_too_large
 from polychirp.study.limits.targets import targets_out_of_reach, targets_without_echo
@@ -163,7 +162,6 @@ def _cautions(
     yield from long_guards(study, schedules)
     yield from ambiguous_arrays(study, schedules)
     yield from open_speeds(study, schedules)
-    yield from unused_speeds(study, schedules)
     yield from idle_elements(study, schedules)
     yield from access_in_vain(study, schedules)
     yield from silent_radars(study, schedules)

@@ -838,14 +838,6 @@ def test_a_frame_whose_map_a_point_fills_is_noted():
     assert not any("lasts 100 us" in str(note.message) for note in notes)
 
 
-def test_a_greatest_speed_that_the_chosen_receiver_lacks_is_noted():
-    chirps = replace(FRONT, waveform=Sawtooth(bandwidth=150e6, ramp_duration=100e-6))
-    study = replace(STUDY, radars=(chirps,), num_sweeps=64, receiver=AutoReceiver())
-    check(study)
-    with pytest.warns(ModelWarning, match="greatest_speed has no effect on 'front': 'auto' choo"):
-        check(replace(study, receiver=AutoReceiver(greatest_speed=5.0)))
-
-
 def test_a_radar_alone_needs_no_slot():
     check(replace(STUDY, radars=(FRONT,), access=Slots(slot=0.1e-6, num_slots=3)))
 

@@ -16,7 +16,6 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.transforms import MOST_UNEVEN
 from polychirp.receiver.selection import (
-    AutoReceiver,
     angle_estimator,
     readable_elements,
     receiver_for,
@@ -109,23 +108,6 @@ def open_speeds(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str
         if isinstance(receiver, CoherentReceiver):
             yield from _short_frame(study.radars[number].name, receiver, schedule)
             yield from _open_speeds(study.radars[number].name, receiver, schedule)
-
-
-def unused_speeds(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
-    """A greatest speed that "auto" sets for a receiver without one."""
-    receiver = study.receiver
-    if not isinstance(receiver, AutoReceiver):
-        return
-    if receiver.greatest_speed == AutoReceiver().greatest_speed:
-        return
-    for number in victim_indices(study):
-        chosen = receiver.chosen(schedules[number])
-        if not hasattr(chosen, "greatest_speed"):
-            yield (
-                f"receiver.greatest_speed has no effect on '{study.radars[number].name}': 'auto' "
-                f"chooses the receiver '{chosen.kind}' for its ramps, which covers the range rates "
-                "that they tell apart"
-            )
 
 
 def _short_frame(name: str, receiver: CoherentReceiver, schedule: RampSchedule) -> Iterator[str]:
