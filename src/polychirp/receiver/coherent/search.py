@@ -113,7 +113,7 @@ def find_points(
         stand out of what it leaves more than they do of noise
     """
     channels = seen.samples.shape[0]
-    points, top = Points.none(channels), 0.0
+    points, top = Points.none(channels), np.zeros(2)
     if not np.any(seen.present):
         return points, samples, seen, None
     residual, untried = samples, None
@@ -128,9 +128,9 @@ def find_points(
         points = with_floors(points, seen_map, axes)
         points, residual = strong(seen, residual, points, threshold)
         shown = float(seen_map.power.max()) if num_rough else 0.0
-        top = max(top, float(np.max(received(seen, points), initial=shown)))
+        top = np.maximum(top, np.max(strengths(seen, points), axis=1, initial=shown))
         found = away(seen, peaks(seen_map, axes, threshold))
-        found = found[found.power * dynamic_range >= top]
+        found = found[found.power * dynamic_range >= top.min()]
         trial = Trial.of(seen_map, residual, accelerations, threshold=threshold, is_tried=is_tried)
         before = residual
         points, trial, fresh = with_pairs(trial, points, new_points(trial, found))
@@ -233,18 +233,21 @@ def standing_out(
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=points.amplitude.shape[1])
     is_shared = overlaps_another(seen, Replicas.of(seen, points))
     needed = np.where(is_shared, min(least, threshold), threshold)
-    power = received(seen, points)
-    weakest = np.max(power, initial=0.0) / dynamic_range
-    return points[(points.power >= needed) & (power >= weakest)]
+    strength = strengths(seen, points)
+    weakest = np.max(strength, axis=1, initial=0.0) / dynamic_range
+    is_strong = np.any(strength >= weakest[:, None], axis=0)
+    return points[(points.power >= needed) & is_strong]
 
 
-def received(seen: Observation, points: Points) -> FloatArray:
-    """Power of every point in all samples as they were received, W, ``(point,)``.
+def strengths(seen: Observation, points: Points) -> FloatArray:
+    """Power of every point in all samples, W ``(2, point)``: as received, and in white channels.
 
-    It does not depend on directions. What makes the noise of the channels white does: it raises
-    points by tens of dB that come from where no noise comes.
+    What makes the noise of the channels white changes points by tens of dB: it lowers those from
+    where noise comes, such as leakage with its phase noise, and raises others, such as ghosts. A
+    point is in the dynamic range if it is so either way.
     """
-    return np.asarray(np.sum(np.abs(points.amplitude) ** 2, axis=1) * np.sum(seen.count))
+    received = np.sum(np.abs(points.amplitude) ** 2, axis=1) * np.sum(seen.count)
+    return np.stack([received, points.strength])
 
 
 def adapted(

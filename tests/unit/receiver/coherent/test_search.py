@@ -75,21 +75,23 @@ def test_a_point_that_would_run_through_the_radar_is_none():
     assert away.tolist() == [False, False, True, True, True, True, False]
 
 
-@pytest.mark.parametrize(("dynamic_range", "expected"), [(1e4, 2), (1e2, 1)])
-def test_the_dynamic_range_is_that_of_received_powers(dynamic_range, expected):
-    """Of two points 30 dB apart, noise comes from the direction of the weak one.
-
-    White channels have the weak one 6 dB lower, and the strong one 50 dB higher.
-    """
+@pytest.mark.parametrize(
+    ("source", "apart_db", "white_db"),
+    [(0, 30.0, 86.0), (1, 70.0, 14.0)],
+    ids=["noise from the weak point", "noise from the strong point, as leakage has"],
+)
+def test_the_dynamic_range_is_met_as_received_or_in_white_channels(source, apart_db, white_db):
+    """White channels lower points from where noise comes by 6 dB, and raise others by 50 dB."""
     frame = frame_of(drawn_chirps(32, seed=1), [], converter=FAST)
     steering = np.exp(1j * np.pi * np.outer([0.3, -0.5], np.arange(4)))
-    amplitude = np.array([[1.0], [10.0**1.5]]) * steering
-    noise = np.outer(steering[0], steering[0].conj()) + 1e-5 * np.eye(4)
+    amplitude = np.array([[1.0], [10.0 ** (apart_db / 20.0)]]) * steering
+    noise = np.outer(steering[source], steering[source].conj()) + 1e-5 * np.eye(4)
     seen = replace(Observation.of(frame, mitigated(None, frame)), mixing=whitening(noise))
     white = np.sum(np.abs(amplitude @ seen.mixing.T) ** 2, axis=1)
-    assert 10.0 * np.log10(white[1] / white[0]) == pytest.approx(86.0, abs=0.5)
+    assert 10.0 * np.log10(white[1] / white[0]) == pytest.approx(white_db, abs=0.5)
     points = replace(
         points_at([9.0, 12.0]), amplitude=amplitude, power=white * frame.samples[0].size
     )
-    kept = search.standing_out(seen, points, 10.0, dynamic_range)
-    assert len(kept) == expected
+    lesser = 10.0 ** (0.1 * min(apart_db, white_db))
+    assert len(search.standing_out(seen, points, 10.0, 2.0 * lesser)) == 2
+    assert len(search.standing_out(seen, points, 10.0, 0.5 * lesser)) == 1
