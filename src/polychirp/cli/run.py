@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides, next_command
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.stored import RUN, drawn_files
+from polychirp.cli.stored import LOG, RUN, STUDY, drawn_files
 from polychirp.cli.terminal import command_name, decibels, figure_text, say, tables, usable_folder
 from polychirp.cli.trials import WHY_UNRESOLVED, margins_text
 from polychirp.errors import InputError
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     check(study)
     origin = provenance(study)
     folder = arguments.out or Path("out") / f"{study.name}-{origin.study_hash[:8]}"
-    path = usable_folder(folder) / RUN
+    path = _place_of_run(usable_folder(folder))
     replaces_other = _holds_other_results(path, study_hash=origin.study_hash)
     if replaces_other and not arguments.force:
         raise InputError(
@@ -112,6 +112,25 @@ def _draw_maps(study: Study, trial: Trial, folder: Path) -> None:
         drawing = range_rate_parts(maps, victim.detections, victim.truth, title=title)
         drawing.save(folder, name)
         say(f"drew {folder / name}.png")
+
+
+def _place_of_run(folder: Path) -> Path:
+    """Place of the run in the folder of its results.
+
+    A folder that is a store itself, or that holds the trials of a study, is refused: the run in it
+    would hide what is there from ``plot``, ``report`` and ``export``.
+    """
+    if folder.name == RUN or (folder / "zarr.json").is_file():
+        raise InputError(
+            f"--out: '{folder}' is the place of a run and not of the folder around it; name that "
+            f"folder, '{folder.parent}', in which '{RUN}' is made"
+        )
+    if (folder / LOG).exists() or (folder / STUDY).exists():
+        raise InputError(
+            f"--out: '{folder}' holds the trials of a study, which a run beside them would hide; "
+            f"name another folder, such as '{folder / 'run'}'"
+        )
+    return folder / RUN
 
 
 def _holds_other_results(path: Path, *, study_hash: str) -> bool:

@@ -13,6 +13,10 @@ RUN: Final = "run.zarr"
 STUDY: Final = "results.zarr"
 """Folder into which ``polychirp study`` stores its results."""
 
+LOG: Final = "trials.log"
+"""Log of the trials of a study, beside its results; `study.monte_carlo.run` has the same name,
+but imports the kernels."""
+
 OF_RUNS: Final = (
     "range-profile",
     "range-rate",

@@ -4,6 +4,7 @@ import errno
 import json
 import math
 import re
+import shutil
 import sys
 import tempfile
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.placement import Placement, placement
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
+from polychirp.study.monte_carlo.run import LOG, STORE
 from polychirp.study.spec import scene_of, schedules_of, target_names, victim_indices
 from polychirp.study.store import save
 from polychirp.study.store.load import load_run
@@ -260,6 +262,37 @@ def test_another_studys_results_are_not_replaced_by_accident(trial, capsys):
     assert len(trial.runs) == 1
     assert "holds the results of another study" in capsys.readouterr().err
     assert main(quick("--out", "here", "--seed", "2", "--force")) == 0
+
+
+@pytest.mark.parametrize("out", ["here/run.zarr", "new/run.zarr", "renamed", "here/run.zarr/"])
+def test_a_run_inside_a_run_is_refused(trial, capsys, out):
+    """It would hide the outer one from all commands that read runs."""
+    assert main(quick("--out", "here")) == 0
+    shutil.copytree("here/run.zarr", "renamed")
+    assert main(quick("--out", out)) == 2
+    around = Path(out).parent
+    told = capsys.readouterr().err
+    assert f"of a run and not of the folder around it; name that folder, '{around}'" in told
+    assert len(trial.runs) == 1
+
+
+def test_a_run_that_holds_another_is_read_itself(trial):
+    """Earlier versions wrote runs into runs."""
+    for number, out in enumerate(("here", "inner")):
+        assert main(quick("--out", out, "--seed", str(number))) == 0
+    shutil.copytree("inner/run.zarr", "here/run.zarr/run.zarr")
+    assert [load_run(path).provenance.seed for path in ("here", "here/run.zarr")] == [0, 0]
+
+
+@pytest.mark.parametrize("name", [LOG, STORE])
+def test_a_run_beside_the_trials_of_a_study_is_refused(trial, capsys, name):
+    Path("here", name).mkdir(parents=True)
+    assert main(quick("--out", "here", "--force")) == 2
+    told = capsys.readouterr().err
+    assert "'here' holds the trials of a study" in told
+    assert "such as 'here/run'" in told
+    assert trial.runs == []
+    assert main(quick("--out", "here/run")) == 0
 
 
 def test_figures_of_a_run_that_is_replaced_are_removed(trial):

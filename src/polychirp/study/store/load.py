@@ -103,7 +103,8 @@ def load_run(path: Path | str) -> StoredRun:
     `save_run` writes such a run, and `export` writes it in other formats.
     """
     path = Path(path)
-    if (path / RUN).is_dir():
+    # a run that holds another one in a folder of that name is meant itself
+    if not (path / "zarr.json").is_file() and (path / RUN).is_dir():
         path = path / RUN
     try:
         attributes = group_attributes(path)
