@@ -66,21 +66,39 @@ LEAST_LIKENESS: Final = 0.65
 word of three letters with one wrong has 0.67, and "repetition" has 0.63 to "direction"."""
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """A hint for a misspelt word: the closest known word, or all known words if none is close.
+MOST_LISTED: Final = 40
+"""Greatest number of known words that a hint lists beside a suggestion. Chosen: the keys of any
+table are fewer."""
 
-    >>> did_you_mean("duraton", ["duration", "slope"])
-    "did you mean 'duration'?"
-    >>> did_you_mean("repetition", ["direction", "idle"])
-    'known are direction, idle'
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """A question for the known word that is closest to a misspelt one; empty if none is close.
+
+    >>> suggestion("duraton", ["duration", "slope"]), suggestion("repetition", ["direction"])
+    ("did you mean 'duration'?", '')
     """
     from difflib import get_close_matches
 
+    close = get_close_matches(word, list(known), n=1, cutoff=LEAST_LIKENESS)
+    return f"did you mean '{close[0]}'?" if close else ""
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """A hint for a misspelt word: the closest known word, and all known words.
+
+    The closest word need not be the one that was meant. Beside it, words are not listed if they are
+    more than `MOST_LISTED`.
+
+    >>> did_you_mean("duraton", ["duration", "slope"])
+    "did you mean 'duration'? known are duration, slope"
+    >>> did_you_mean("repetition", ["direction", "idle"])
+    'known are direction, idle'
+    """
     known = list(known)
-    close = get_close_matches(word, known, n=1, cutoff=LEAST_LIKENESS)
-    if close:
-        return f"did you mean '{close[0]}'?"
-    return f"known are {', '.join(known)}"
+    close = suggestion(word, known)
+    if close and not 1 < len(known) <= MOST_LISTED:
+        return close
+    return f"{close} known are {', '.join(known)}".lstrip()
 
 
 def no_such(what: str, name: str, known: Iterable[str]) -> str:
@@ -89,12 +107,10 @@ def no_such(what: str, name: str, known: Iterable[str]) -> str:
     >>> no_such("radar", "frnt", ["front", "rear"])
     "there is no radar 'frnt'; there are 'front', 'rear'; did you mean 'front'?"
     """
-    from difflib import get_close_matches
-
     known = list(known)
     if not known:
         return f"there is no {what} '{name}', nor any other"
-    close = get_close_matches(name, known, n=1, cutoff=LEAST_LIKENESS)
+    close = suggestion(name, known) if len(known) > 1 else ""
     names = ", ".join(f"'{one}'" for one in known)
-    hint = f"; did you mean '{close[0]}'?" if close and len(known) > 1 else ""
+    hint = f"; {close}" if close else ""
     return f"there is no {what} '{name}'; there {'is' if len(known) == 1 else 'are'} {names}{hint}"

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin, 
 
 from polychirp.bounded_text import text_of, toml_tables
 from polychirp.capture.parameters import CaptureParameters
-from polychirp.errors import InputError, did_you_mean, short
+from polychirp.errors import InputError, did_you_mean, short, suggestion
 from polychirp.units import Between, Unit
 
 TEMPLATE: Final = """\
@@ -123,15 +123,17 @@ def _values(data: dict[str, Any], *, name: str, problems: Iterable[str] = ()) ->
     """Values of keys by the types of their fields; `InputError` names all problems of the file."""
     values: dict[str, Any] = {}
     found: list[str] = []
+    is_listed = False
     hints = get_type_hints(CaptureParameters, include_extras=True)
     hints = {one.name: hints[one.name] for one in fields(CaptureParameters)}
     for key, value in data.items():
         try:
             if key not in hints:
-                problem = f"unknown key; {did_you_mean(key, hints)}"
-                # a file of another kind has many unknown keys, and the known ones are listed once
-                is_listed = any(line.endswith(f": {problem}") for line in found)
-                raise InputError("unknown key" if is_listed else problem)
+                hint = suggestion(key, hints)
+                if not is_listed:
+                    # a file of another kind has many unknown keys; the known are listed once
+                    hint, is_listed = did_you_mean(key, hints), True
+                raise InputError(f"unknown key; {hint}" if hint else "unknown key")
             values[key] = _read(hints[key], value)
         except InputError as error:
             found.append(f"{key}: {error}")

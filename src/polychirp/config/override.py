@@ -5,7 +5,7 @@ from copy import deepcopy
 from typing import Any, Final
 
 from polychirp.bounded_text import MOST_LEVELS, toml_tables
-from polychirp.errors import InputError, did_you_mean, short
+from polychirp.errors import InputError, suggestion, short
 
 LONGEST_PATH: Final = 1000
 """Greatest number of characters in a path. Chosen: paths to keys of a study are far shorter."""
@@ -109,8 +109,9 @@ def _index(entries: list[Any], key: str, *, place: list[str]) -> int:
     if names.count(key) == 1 and len(names) == len(entries):
         return names.index(key)
     known = [name for name in names if name]
-    named = f": {', '.join(known)}; {did_you_mean(key, known)}" if known else ""
+    named = f": {', '.join(known)}" if known else ""
+    close = suggestion(key, known)
     raise InputError(
         f"{'.'.join(place)} does not exist; {'.'.join(place[:-1])} has {len(entries)} entries, "
-        f"counted from 0{named}"
+        f"counted from 0{named}{f'; {close}' if close else ''}"
     )

@@ -38,11 +38,12 @@ def test_values_are_read_in_si():
 def test_a_file_of_another_kind_has_the_known_keys_listed_once():
     """All its unknown keys are named, each on its line."""
     with pytest.raises(InputError) as caught:
-        parameters_from(table(name="study", victims=["front"], street={}), name="study.toml")
+        parameters_from(table(name="study", victims=[], slop=1, street={}), name="study.toml")
     said = str(caught.value)
     assert said.count("known are start_frequency, slope") == 1
     assert said.splitlines()[1:] == [
         "study.toml: victims: unknown key",
+        "study.toml: slop: unknown key; did you mean 'slope'?",
         "study.toml: street: unknown key",
     ]
 

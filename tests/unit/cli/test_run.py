@@ -500,6 +500,10 @@ def test_radars_are_changed_by_name_and_a_wrong_name_is_told(trial, capsys):
     assert trial.runs[0].radars[1].start_time == 1e-3
     assert main(quick("--set", "radars.othr.start_time=1 ms")) == 2
     assert "0: front, other; did you mean 'other'?" in capsys.readouterr().err
+    assert main(quick("--set", "radars.zzz.start_time=1 ms")) == 2
+    told = capsys.readouterr().err
+    assert "counted from 0: front, other\n" in told
+    assert "known are" not in told
 
 
 def test_an_interrupt_while_storing_leaves_no_half_of_a_run(trial, capsys, monkeypatch):

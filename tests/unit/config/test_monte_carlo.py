@@ -156,7 +156,7 @@ def test_a_wrong_table_is_refused_in_one_sentence(tmp_path, table, sentence):
 @pytest.mark.parametrize(
     ("line", "sentence"),
     [
-        ('"num_sweps" = [1, 2]', "num_sweps: unknown key; did you mean 'num_sweeps'? (at every"),
+        ('"num_sweps" = [1, 2]', "num_sweps: unknown key; did you mean 'num_sweeps'? known are"),
         ('"num_sweeps" = [2, "many"]', "num_sweeps: must be a whole number, not 'many' (at num_sw"),
         ('"num_sweeps" = []', "axis 'num_sweeps' has no values"),
         ('"num_sweeps" = 2', "monte_carlo.grid.num_sweeps: must be a list"),
@@ -248,5 +248,5 @@ def test_entries_of_a_list_go_by_number_or_by_name():
     assert [radar.get("start_time") for radar in data["radars"]] == [None, "2 ms", "1 ms"]
     with pytest.raises(InputError, match=r"counted from 0: front, 1, rear; did you mean 'rear'\?"):
         apply_override(data, "radars.raer.start_time=1 ms")
-    with pytest.raises(InputError, match=r"radars has 3 entries, counted from 0: front, 1, rear;"):
+    with pytest.raises(InputError, match=r"radars has 3 entries, counted from 0: front, 1, rear$"):
         apply_override(data, "radars.3.start_time=1 ms")
