@@ -28,7 +28,9 @@ def add_study_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="PATH=VALUE",
         dest="overrides",
-        help="change one value, as in --set 'radars.0.start_time=1 ms'; may be repeated",
+        help="change one value, as in --set 'radars.0.start_time=1 ms'; "
+        "PATH=none removes an optional value or table, as in --set receiver.mitigation=none; "
+        "may be repeated",
     )
     parser.add_argument(
         "--seed", metavar="N", help="seed of all random draws, the same as --set seed=N"

@@ -59,7 +59,9 @@ def add_parser(subparsers: Any) -> None:
         default=[],
         metavar="PATH=VALUE",
         dest="overrides",
-        help="change one value of every study, as in --set monte_carlo.trials=20; may be repeated",
+        help="change one value of every study, as in --set monte_carlo.trials=20; "
+        "PATH=none removes an optional value or table, as in --set receiver.mitigation=none; "
+        "may be repeated",
     )
     parser.add_argument(
         "--out",

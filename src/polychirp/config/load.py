@@ -13,6 +13,7 @@ from typing import Any, Final, TypeVar, cast
 from pydantic import TypeAdapter, ValidationError
 
 from polychirp.bounded_text import text_of, toml_tables
+from polychirp.config.absent import ABSENT, without_absent
 from polychirp.config.override import apply_override
 from polychirp.config.problems import Place, problems
 from polychirp.errors import InputError
@@ -155,7 +156,7 @@ def _merged(default: Any, own: Any) -> Any:
 
 
 def build(spec: type[S], data: object, *, where: Callable[[Place], Place] = tuple) -> S:
-    """A spec from the tables and values of a file.
+    """A spec from the tables and values of a file; "none" removes an optional value.
 
     ``where`` gives the place in the file of a problem, from its place in ``data``. An `InputError`
     has one line for each problem: where it is, what is wrong, what would work.
@@ -166,6 +167,8 @@ def build(spec: type[S], data: object, *, where: Callable[[Place], Place] = tupl
     """
     # strict mode turns JSON's lists into tuples and objects into specs, but not "3" or true into 3
     text = json.dumps(data, default=str)
+    if f'"{ABSENT}"' in text:  # few studies have it, and the search for its fields takes time
+        text = json.dumps(without_absent(data, spec), default=str)
     try:
         built: S = _reader(cast("Any", spec)).validate_json(text, strict=True)
     except ValidationError as error:

@@ -5,18 +5,21 @@ from copy import deepcopy
 from typing import Any, Final
 
 from polychirp.bounded_text import MOST_LEVELS, toml_tables
-from polychirp.errors import InputError, suggestion, short
+from polychirp.errors import InputError, short, suggestion
 
 LONGEST_PATH: Final = 1000
 """Greatest number of characters in a path. Chosen: paths to keys of a study are far shorter."""
+
+_EXAMPLES: Final = {"{": '{kind="blanking"}', "[": '["1 ms", "2 ms"]'}
+"""Values of TOML by their first character, with which no plain text of a study begins."""
 
 
 def apply_override(data: dict[str, Any], change: str) -> None:
     """Set one value of a study's tables, in place, as ``path=value`` says; see `set_value`.
 
     The value is read as TOML if it is TOML, and as text otherwise, because shells remove quotes.
-    `InputError` is raised if the change has no '=' or an empty key, or `set_value` refuses its
-    path.
+    `InputError` is raised if the change has no '=' or an empty key, its value begins like a list or
+    a table of TOML but is none, or `set_value` refuses its path.
 
     >>> data = {"radars": [{"name": "front"}]}
     >>> apply_override(data, "radars.0.converter.sample_rate=2 MS/s")
@@ -26,7 +29,11 @@ def apply_override(data: dict[str, Any], change: str) -> None:
     path, equals, text = change.partition("=")
     if not equals or not all(key.strip() for key in path.split(".")):
         raise InputError(f"'{change}' is not PATH=VALUE; write it like 'radars.0.start_time=1 ms'")
-    set_value(data, path, read_value(text))
+    try:
+        value = read_value(text)
+    except InputError as error:
+        raise InputError(f"{path.strip()}: {error}") from None
+    set_value(data, path, value)
 
 
 def set_value(data: dict[str, Any], path: str, value: Any) -> None:
@@ -74,13 +81,23 @@ def _set(here: Any, keys: list[str], value: Any, *, place: list[str]) -> None:
 def read_value(text: str) -> Any:
     """Value of ``text``: what it means as TOML, or the text itself if it is not TOML.
 
+    `InputError` is raised if the text begins like a list or a table of TOML, but is none.
+
     >>> read_value("3"), read_value("79 GHz"), read_value('["1 ms", "2 ms"]')
     (3, '79 GHz', ['1 ms', '2 ms'])
     """
     try:
         table = toml_tables(f"value = {text}")
-    except tomllib.TOMLDecodeError:
-        return text.strip()
+    except tomllib.TOMLDecodeError as error:
+        text = text.strip()
+        example = _EXAMPLES.get(text[:1])
+        if example is None:
+            return text
+        reason = str(error).partition(" (at ")[0]
+        raise InputError(
+            f"'{short(text)}' is not TOML ({reason[:1].lower()}{reason[1:]}); text in it stands in "
+            f"quotes, as in {example}, and single quotes around the whole change keep these"
+        ) from None
     return table["value"] if table.keys() == {"value"} else text.strip()
 
 

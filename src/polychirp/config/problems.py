@@ -35,34 +35,34 @@ def _locate(loc: Sequence[str | int], spec: type) -> tuple[Place, Any]:
     owner: Any = spec
     is_chosen = False
     for part in loc:
-        members = {_kind(member): member for member in _members(here)}
-        chosen = members.get(part) if isinstance(part, str) and part else None
+        kinds = {kind_of(member): member for member in members(here)}
+        chosen = kinds.get(part) if isinstance(part, str) and part else None
         # after a member's name there is a key, even if it is the same word
         is_chosen = chosen is not None and not is_chosen
         if is_chosen:
             here = chosen
             continue
         place.append(part)
-        owner, here = here, _below(here, part)
+        owner, here = here, below(here, part)
     return tuple(place), owner
 
 
-def _members(hint: Any) -> list[Any]:
+def members(hint: Any) -> list[Any]:
     """Members of a union without None and annotations; of another type, that type alone."""
     if get_origin(hint) is Annotated:
         choices = chosen_by_kind(hint)
-        return list(choices) if choices else _members(get_args(hint)[0])
+        return list(choices) if choices else members(get_args(hint)[0])
     if get_origin(hint) in (Union, UnionType):
         return [
             inner
             for member in get_args(hint)
             if member is not type(None)
-            for inner in _members(member)
+            for inner in members(member)
         ]
     return [hint]
 
 
-def _kind(member: Any) -> str:
+def kind_of(member: Any) -> str:
     """Value of ``kind`` by which a file chooses the spec; empty if the spec has none."""
     if not is_dataclass(member):
         return ""
@@ -70,9 +70,9 @@ def _kind(member: Any) -> str:
     return str(get_args(hint)[0]) if hint is not None and get_args(hint) else ""
 
 
-def _below(hint: Any, part: str | int) -> Any:
+def below(hint: Any, part: str | int) -> Any:
     """Type of the field or entry ``part`` of a type; None if there is no such field."""
-    for member in _members(hint):
+    for member in members(hint):
         if isinstance(part, int) and get_origin(member) is tuple:
             entries = get_args(member)
             if len(entries) == 2 and entries[1] is Ellipsis:
@@ -84,7 +84,7 @@ def _below(hint: Any, part: str | int) -> Any:
 
 
 def _keys(hint: Any) -> list[str]:
-    found = [f.name for member in _members(hint) if is_dataclass(member) for f in fields(member)]
+    found = [f.name for member in members(hint) if is_dataclass(member) for f in fields(member)]
     return [name for name in found if not name.startswith("_")]
 
 

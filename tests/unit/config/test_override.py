@@ -54,3 +54,14 @@ def test_an_entry_of_a_list_can_be_replaced():
 def test_a_change_that_leads_nowhere_is_refused(change, sentence):
     with pytest.raises(InputError, match=sentence):
         apply_override({"seed": 1, "radars": [{"name": "front"}]}, change)
+
+
+@pytest.mark.parametrize(
+    ("value", "example"),
+    [("{kind=blanking}", 'as in {kind="blanking"}'), (" [1 ms, 2 ms]", 'as in ["1 ms", "2 ms"]')],
+)
+def test_what_begins_like_a_table_or_a_list_but_is_none_is_refused(value, example):
+    """As text it would only be said not to be a table."""
+    with pytest.raises(InputError, match=r"^receiver.mitigation: '.*' is not TOML \(") as told:
+        apply_override({}, f"receiver.mitigation={value}")
+    assert example in str(told.value)
