@@ -128,7 +128,11 @@ def run(arguments: argparse.Namespace) -> int:
             progress=lambda done, total: show("aspects", done, total),
         )
     if not np.any(found.rcs):
-        raise InputError(f"'{arguments.mesh}' has no echo; turn the normals of its faces outwards")
+        raise InputError(
+            f"'{arguments.mesh}' has no echo: from these directions no face of it may be visible, "
+            "as of a plate seen from its edge, or its faces are turned inwards; choose another "
+            "--elevation, or turn the normals of its faces outwards"
+        )
     _report(arguments, mesh, found, window, folder)
     return 0
 

@@ -136,7 +136,19 @@ def test_a_body_turned_inside_out_is_refused(tmp_path, capsys):
     path = stl(sphere(0.1, 0.05)[:, ::-1], tmp_path / "ball.stl")
     assert main(["rcs", path, "--material", "metal", "--step", "45 deg"]) == 2
     (said,) = last_words(capsys)
-    assert "has no echo; turn the normals of its faces outwards" in said
+    assert "has no echo" in said
+    assert said.endswith("or turn the normals of its faces outwards")
+
+
+def test_a_plate_that_is_seen_from_its_edge_alone_is_not_said_to_be_inside_out(tmp_path, capsys):
+    """It faces up, and its echo is there from above."""
+    path = stl(np.roll(plate(0.1, 0.05), -1, axis=-1), tmp_path / "flat.stl")
+    options = ["--material", "metal", "--step", "45 deg", "--range", "9 m", "-o", str(tmp_path)]
+    assert main(["rcs", path, *options]) == 2
+    (said,) = last_words(capsys)
+    assert "no face of it may be visible, as of a plate seen from its edge" in said
+    assert "choose another --elevation" in said
+    assert main(["rcs", path, *options, "--elevation", "80 deg"]) == 0
 
 
 def test_a_glb_file_without_materials_is_refused_with_the_option_that_helps(tmp_path, capsys):
