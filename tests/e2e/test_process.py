@@ -211,6 +211,7 @@ def test_people_read_what_the_ramps_resolve_and_that_there_is_no_truth(
     assert main([*arguments, "--set", "num_transmitters=1"]) == 0
     text = capsys.readouterr().out
     assert "unambiguous within ±19.3 m/s" in text
+    assert "(one transmitter × 4 receivers)" in text
     assert "wrong angles" not in text
 
 

@@ -27,6 +27,14 @@ COMBINED_AXES: Final = {"ramp": ("sweep", "transmitter"), "channel": ("transmitt
 LARGEST_FRAME: Final = 4 << 30
 """Greatest size of a frame's samples in memory, bytes. Chosen."""
 
+SLOPES: Final = (1e9, 1e15)
+"""Least and greatest slope of a ramp, Hz/s. Chosen wide, so that wrong units are refused, but no
+unusual radar."""
+
+WIDEST_SPACING: Final = 100
+"""Greatest distance of neighbouring receivers, wavelengths at the start of a ramp. Chosen wide, as
+`SLOPES`."""
+
 _USABLE_SHARE: Final = {"complex": 0.9, "real": 0.45}
 """Default edge of the pass band, that of TI's decimation filters, as a share of the sample rate."""
 
@@ -43,7 +51,7 @@ class CaptureParameters(Spec):
     Parameters
     ----------
     start_frequency : Hz, at the beginning of the rise
-    slope : Hz/s, positive
+    slope : Hz/s, 1e9 to 1e15
     idle_time, ramp_end_time, adc_start : s
     num_ramps : number of ramps in a frame, those of all transmitters together
     sample_rate : 1/s
@@ -117,6 +125,7 @@ class CaptureParameters(Spec):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise InputError(f"{name}: must be positive")
+        self._check_units()
         self._check_band()
         self._check_counts()
         self._check_axes()
@@ -124,6 +133,22 @@ class CaptureParameters(Spec):
         if self.channel_positions and self.first_receiver == "left":
             raise InputError("first_receiver: has no effect beside channel_positions; leave it out")
         _ = self.array  # raises if positions do not fit
+
+    def _check_units(self) -> None:
+        """Refuse values that are wrong by a factor, as those in a wrong unit are."""
+        least, greatest = SLOPES
+        if not least <= self.slope <= greatest:
+            raise InputError(
+                f"slope: {self.slope * 1e-12:.4g} MHz/us is outside of {least * 1e-12:g} to "
+                f"{greatest * 1e-12:g} MHz/us; write it like '30 MHz/us'"
+            )
+        wavelength = SPEED_OF_LIGHT / self.start_frequency
+        if self.spacing is not None and self.spacing > WIDEST_SPACING * wavelength:
+            raise InputError(
+                f"spacing: {self.spacing:.4g} m is more than {WIDEST_SPACING} wavelengths, "
+                f"{WIDEST_SPACING * wavelength:.4g} m; give the distance of neighbouring "
+                "receivers, which is usually half a wavelength"
+            )
 
     def _check_band(self) -> None:
         what, band = "sample rate", self.sample_rate

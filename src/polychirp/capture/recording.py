@@ -148,6 +148,13 @@ def from_array(
     _refuse_other_sampling(array, parameters, name)
     num_frames = array.shape[axes.index("frame")] if "frame" in axes else 1
     needed = frames_needed(num_frames, parameters, frames)
+    if num_frames < needed and frames is not None and num_frames:
+        held = "only frame 0 is" if num_frames == 1 else f"only frames 0 to {num_frames - 1} are"
+        asked = 0 if num_frames == 1 else f"0-{num_frames - 1}"
+        raise InputError(
+            f"{name}: {held} there, and --frames asks for frame {needed - 1}; process those with "
+            f"--frames {asked}"
+        )
     if num_frames < needed:
         raise InputError(
             f"{name}: only {num_frames} of {needed} frames are there"

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
-from polychirp.capture.parameters import CaptureParameters, Sampling
+from polychirp.capture.parameters import SLOPES, CaptureParameters, Sampling
 from polychirp.capture.ti_files import read_tables
 from polychirp.capture.ti_tables import Fields, TiTables
 from polychirp.errors import InputError
@@ -32,7 +32,7 @@ _PHASE_BITS: Final = 0b11111100
 
 _LIMITS: Final = {
     "startFreq": (1e9, 1e12),
-    "freqSlope": (1e9, 1e15),
+    "freqSlope": SLOPES,
     "idleTime": (0.0, 1.0),
     "adcStartTime": (0.0, 1.0),
     "rampEndTime": (1e-7, 1.0),

@@ -324,10 +324,19 @@ def _print_derived(parameters: CaptureParameters) -> None:
         print(f"{'':12}{_FASTER}")
     print(
         f"channels    {derived['virtual_channels']:.0f} "
-        f"({parameters.num_transmitters} transmitters in turns × "
-        f"{parameters.num_receivers} receivers)"
+        f"({_count(parameters.num_transmitters, 'transmitter', ' in turns')} × "
+        f"{_count(parameters.num_receivers, 'receiver')})"
     )
     print(f"frame       {derived['frame_duration_s'] * 1e3:.3g} ms")
+
+
+def _count(number: int, noun: str, sharing: str = "") -> str:
+    """A number of antennas in words; of several, with the way in which they share the ramps.
+
+    >>> _count(1, "transmitter", " in turns"), _count(2, "transmitter", " in turns")
+    ('one transmitter', '2 transmitters in turns')
+    """
+    return f"one {noun}" if number == 1 else f"{number} {noun}s{sharing}"
 
 
 def _print_frame(frame: dict[str, Any]) -> None:

@@ -363,7 +363,7 @@ def test_a_numpy_header_that_lies_is_refused(tmp_path: Path, header: str, senten
 def test_a_range_of_frames_is_not_walked(tmp_path: Path):
     """``--frames 0-100000000000000000000`` is answered at once."""
     np.save(tmp_path / "walk.npy", ARRAY)
-    with pytest.raises(InputError, match="3 of 100000000000000000001 frames are there"):
+    with pytest.raises(InputError, match=r"0 to 2 are there, and --frames asks for frame 10{20};"):
         open_numpy(tmp_path / "walk.npy", PARAMETERS, frames=range(10**20 + 1))
 
 

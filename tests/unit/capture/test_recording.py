@@ -132,6 +132,14 @@ def test_missing_frames_are_refused_unless_others_are_asked_for():
     with pytest.raises(InputError, match="3 of 4 frames are there; process frames 0 to 2"):
         from_array(words(3, 6, 3, 8), parameters, name="x")
     assert from_array(words(3, 6, 3, 8), parameters, name="x", frames=[0, 2]).num_frames == 3
+    with pytest.raises(InputError) as told:
+        from_array(words(3, 6, 3, 8), parameters, name="x", frames=[5])
+    assert str(told.value) == (
+        "x: only frames 0 to 2 are there, and --frames asks for frame 5; process those with "
+        "--frames 0-2"
+    )
+    with pytest.raises(InputError, match=r"only frame 0 is there, .* with --frames 0$"):
+        from_array(words(1, 6, 3, 8), PARAMETERS, name="x", frames=range(2))
 
 
 # ── NumPy files ───────────────────────────────────────────────────────────────
