@@ -98,7 +98,7 @@ def build_parser() -> argparse.ArgumentParser:
         module = import_module(f"polychirp.cli.{verb.replace('-', '_')}")
         module.add_parser(subparsers)
         kept = getattr(module, "KEPT_FILES", _NOTHING_KEPT)
-        subparsers.choices[verb].set_defaults(command=module.run, kept=kept)
+        subparsers.choices[verb].set_defaults(command=module.run, kept=kept, verb=verb)
     return parser
 
 
@@ -117,7 +117,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = argparse.Namespace()
     try:
         with _warnings_as_notes(), _sigterm_as_interrupt():
-            arguments = build_parser().parse_args(argv)
+            arguments = _parsed(argv)
             command: Callable[[argparse.Namespace], int] = arguments.command
             code = command(arguments)
             sys.stdout.flush()
@@ -134,6 +134,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         explained = _explained(error)
         say(f"polychirp: {_as_called(str(explained))}")
         return explained.exit_code
+
+
+def _parsed(argv: Sequence[str] | None) -> argparse.Namespace:
+    """The arguments of the command line; those that no command takes are refused."""
+    parser = build_parser()
+    arguments, others = parser.parse_known_args(argv)
+    if others:
+        message = f"unrecognized arguments: {' '.join(others)}"
+        takes_one = isinstance(getattr(arguments, "study", None), str)
+        if not takes_one or others[0].startswith("-"):
+            parser.error(message)
+        verb = arguments.verb
+        raise InputError(
+            f"{message}; '{verb}' takes one study; see '{command_name()} {verb} --help'"
+        )
+    return arguments
 
 
 def _as_called(message: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -157,6 +158,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _snrs(text: str) -> tuple[float, ...]:
     """SNRs in dB of a list with commas or of FIRST:LAST:STEP, the last one included."""
+    dashed = re.fullmatch(r"([\d.]+)-([\d.]+)", text)
+    if dashed:
+        raise InputError(
+            f"--snr: '{text}' is not a range; write it like {dashed[1]}:{dashed[2]}:2, with the "
+            "step"
+        )
     ends = text.split(":")
     if len(ends) == 1:
         return tuple(_number("--snr", word) for word in text.split(","))
@@ -198,7 +205,10 @@ def _strong(
     ]
     if arguments.strong is None:
         if distances != [None, None]:
-            raise InputError("--apart-range, --apart-rate: they place the point of --strong")
+            raise InputError(
+                "--apart-range, --apart-rate: they place the point of --strong; add --strong, as "
+                "in --strong '40 dB'"
+            )
         return None, (None, None)
     if any(value is not None and value < 0 for value in distances):
         raise InputError("--apart-range, --apart-rate: use 0 or more; both signs are drawn")

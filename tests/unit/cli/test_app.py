@@ -181,7 +181,7 @@ def test_other_warnings_are_treated_as_ever(monkeypatch):
         (["rum"], "invalid choice: 'rum'"),
         (["run"], "the following arguments are required: STUDY; see 'polychirp run --help'"),
         (["plot"], "the following arguments are required: PATH; see 'polychirp plot --help'"),
-        (["check", "a.toml", "b.toml"], "unrecognized arguments: b.toml"),
+        (["check", "a.toml", "b.toml"], "arguments: b.toml; 'check' takes one study; see '"),
         (["check", "a.toml", "--jsn"], "unrecognized arguments: --jsn"),
         (["check", "a.toml", "--set"], "argument --set: expected one argument"),
     ],

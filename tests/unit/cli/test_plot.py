@@ -1,11 +1,13 @@
 """``plot`` draws what ``run`` and ``study`` have stored."""
 
 import csv
+from dataclasses import replace
 
 import pytest
 
 from polychirp.cli.app import main
 from polychirp.cli.plot import OF_RUNS
+from polychirp.model.radar import Radar
 from polychirp.report.figures.grid_axis import grid_axis
 from polychirp.report.run_plots import FIGURES
 from polychirp.study.store.save import save_run
@@ -83,6 +85,16 @@ def test_what_cannot_be_drawn_is_told(stored, tmp_path, capsys):
     ):
         assert main(["plot", *arguments]) == 2
         assert message in capsys.readouterr().err
+
+
+def test_a_radar_that_is_no_victim_is_not_said_to_be_missing(tmp_path, capsys):
+    radars = (Radar(name="front"), Radar(name="rear"))
+    scene = replace(BOTH.scene, radars=radars, carriers=(0, 0))
+    alone = replace(BOTH, scene=scene, victims=BOTH.victims[:1])
+    save_run(tmp_path / "run.zarr", alone, provenance=ORIGIN)
+    assert main(["plot", str(tmp_path), "--radar", "rear"]) == 2
+    told = capsys.readouterr().err
+    assert "is no victim of this run, which stored the frames of 'front' alone" in told
 
 
 def test_curves_and_differences_of_a_study(tmp_path, capsys, monkeypatch):

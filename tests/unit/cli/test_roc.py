@@ -132,6 +132,7 @@ def test_snrs_are_a_list_or_a_range(text, expected):
     [
         (["--snr", "a"], "--snr: 'a' is not a number; write values like 12,14,16"),
         (["--snr", "1:2"], "--snr: '1:2' is neither a list nor a range; write it like"),
+        (["--snr", "16-20"], "--snr: '16-20' is not a range; write it like 16:20:2, with the st"),
         (["--snr", "9:8:1"], "has no values; write the lower end first"),
         (["--snr", "1:2:0"], "has no values"),
         (["--snr", "0:1:1e-9"], "has more than 1000 values"),
@@ -144,7 +145,7 @@ def test_snrs_are_a_list_or_a_range(text, expected):
         (["--radar", "frnt"], "did you mean 'front'"),
         (["--receiver", "papr"], "did you mean 'paper'"),
         (["--strong", "loud"], "--strong: 'loud' is not a value in dB"),
-        (["--apart-range", "1 m"], "they place the point of --strong"),
+        (["--apart-range", "1 m"], "they place the point of --strong; add --strong"),
         (["--strong", "9 dB", "--apart-range=-1 m"], "use 0 or more; both signs are drawn"),
         (["--strong", "9 dB", "--apart-rate", "1 m"], "--apart-rate: '1 m' is not a value in m/s"),
         (["--interferer", "front"], "other radars than 'front'"),

@@ -87,6 +87,12 @@ class StoredRun:
         for victim in self.victims:
             if victim.name == name:
                 return victim
+        if name in self.radars:
+            victims = ", ".join(f"'{victim.name}'" for victim in self.victims)
+            raise InputError(
+                f"the radar '{name}' is no victim of this run, which stored the frames of "
+                f"{victims} alone; run the study with it among its victims"
+            )
         raise InputError(no_such("radar", name, [victim.name for victim in self.victims]))
 
 
