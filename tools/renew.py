@@ -163,7 +163,7 @@ RECORDS: Final = (
         minutes=240,
     ),
     _table("roads", 3, program="road"),
-    _table("league", 100),
+    _table("league", 55),
     _table("statistics", 10),
     _table("receiver", 12),
     _table("streets", 60, program="street"),
