@@ -1,5 +1,6 @@
 """Changes to a study by dotted paths: ``a.b.0.c=value`` from the command line, and in grids."""
 
+import re
 import tomllib
 from copy import deepcopy
 from typing import Any, Final
@@ -10,15 +11,18 @@ from polychirp.errors import InputError, short, suggestion
 LONGEST_PATH: Final = 1000
 """Greatest number of characters in a path. Chosen: paths to keys of a study are far shorter."""
 
-_EXAMPLES: Final = {"{": '{kind="blanking"}', "[": '["1 ms", "2 ms"]'}
-"""Values of TOML by their first character, with which no plain text of a study begins."""
+_EXAMPLES: Final = {
+    r"\{.*": '{kind="blanking"}',
+    r"\[.*,.*\]": '["1 ms", "2 ms"]',
+}
+"""Values of TOML by the form of a text that is meant as one; names may begin with a bracket."""
 
 
 def apply_override(data: dict[str, Any], change: str) -> None:
     """Set one value of a study's tables, in place, as ``path=value`` says; see `set_value`.
 
     The value is read as TOML if it is TOML, and as text otherwise, because shells remove quotes.
-    `InputError` is raised if the change has no '=' or an empty key, its value begins like a list or
+    `InputError` is raised if the change has no '=' or an empty key, its value looks like a list or
     a table of TOML but is none, or `set_value` refuses its path.
 
     >>> data = {"radars": [{"name": "front"}]}
@@ -81,7 +85,7 @@ def _set(here: Any, keys: list[str], value: Any, *, place: list[str]) -> None:
 def read_value(text: str) -> Any:
     """Value of ``text``: what it means as TOML, or the text itself if it is not TOML.
 
-    `InputError` is raised if the text begins like a list or a table of TOML, but is none.
+    `InputError` is raised if the text looks like a list or a table of TOML, but is none.
 
     >>> read_value("3"), read_value("79 GHz"), read_value('["1 ms", "2 ms"]')
     (3, '79 GHz', ['1 ms', '2 ms'])
@@ -90,7 +94,8 @@ def read_value(text: str) -> Any:
         table = toml_tables(f"value = {text}")
     except tomllib.TOMLDecodeError as error:
         text = text.strip()
-        example = _EXAMPLES.get(text[:1])
+        forms = (example for form, example in _EXAMPLES.items() if re.fullmatch(form, text))
+        example = next(forms, None)
         if example is None:
             return text
         reason = str(error).partition(" (at ")[0]

@@ -832,10 +832,10 @@ def test_a_frame_whose_map_a_point_fills_is_noted():
     study = replace(STUDY, radars=(short,), num_sweeps=1, receiver=receiver)
     with pytest.warns(ModelWarning) as notes:
         check(study)
-    assert any("lasts 100 us" in str(note.message) for note in notes)
+    assert any("lasts 0.1 ms" in str(note.message) for note in notes)
     with pytest.warns(ModelWarning) as notes:
         check(replace(study, receiver=replace(receiver, greatest_speed=30.0)))
-    assert not any("lasts 100 us" in str(note.message) for note in notes)
+    assert not any("lasts 0.1 ms" in str(note.message) for note in notes)
 
 
 def test_a_radar_alone_needs_no_slot():

@@ -30,7 +30,7 @@ def silent_radars(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[s
 
 
 def _other_time(own: RampSchedule, other: RampSchedule) -> str:
-    """What a radar does whose frame ends before a victim's begins, or begins after its end."""
+    """The times of a radar whose frame ends before a victim's begins, or begins after its end."""
     begin, end = float(own.start_time[0]), float(own.end_time[-1])
     if float(other.start_time[0]) > end:
         return (
@@ -50,7 +50,7 @@ def _in_words(time: float) -> str:
 
 
 def _other_band(own: RampSchedule, other: RampSchedule, *, stopband: float) -> str:
-    """What a radar does whose frequencies the victim's IF filter stops at every moment."""
+    """The frequencies of a radar all of which the victim's IF filter stops."""
     low, high = (float(edge) for edge in (own.occupied[0].min(), own.occupied[1].max()))
     below, above = (float(edge) for edge in (other.occupied[0].min(), other.occupied[1].max()))
     if below > high + stopband or above < low - stopband:

@@ -117,7 +117,7 @@ def _short_frame(name: str, receiver: CoherentReceiver, schedule: RampSchedule) 
     if receiver.greatest_speed < FEWEST_CELLS * cell:
         needed = 3.6 * 2.0 * cell
         yield (
-            f"the frame of '{name}' lasts {1e6 * length:.3g} us, which tells range rates "
+            f"the frame of '{name}' lasts {1e3 * length:.3g} ms, which tells range rates "
             f"{3.6 * cell:.3g} km/h apart, and its receiver 'coherent' searches "
             f"±{3.6 * receiver.greatest_speed:.0f} km/h: a target fills all of them and is taken "
             f"for noise; set receiver.greatest_speed to '{needed:.0f} km/h' or more, or use more "

@@ -257,7 +257,8 @@ def test_limits_without_room_for_a_point_are_refused():
     with pytest.raises(InputError, match=r"leave no room for points.*raise receiver"):
         roc_plan(near, **ASK)
     slow = roc_study(TRIANGLES, num_sweeps=6, receiver=CoherentReceiver(greatest_speed=0.1))
-    with pytest.raises(InputError, match="too few cells for a point"):
+    too_few = pytest.raises(InputError, match="too few cells for a point")
+    with pytest.warns(ModelWarning, match="a target fills all of them"), too_few:
         roc_plan(slow, **ASK)
 
 
