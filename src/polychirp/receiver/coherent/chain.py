@@ -46,8 +46,8 @@ class CoherentReceiver(SearchSettings):
 
     Parameters
     ----------
-    dynamic_range : power ratio of the strongest point, as received, to the weakest peak that is
-        tried and the weakest point that is kept
+    dynamic_range : power ratio of the strongest point to the weakest peak that is tried and the
+        weakest point that is kept, as received or in channels whose noise is white
     residue_margin : power ratio by which points that do not move with a body within 10 m stand out
         of what it leaves there (`residue`) more than they do of noise. With less than 9 dB, cars
         that pass nearby cause false detections of other speeds
