@@ -50,3 +50,11 @@ def test_figures_and_pages_are_told_from_results_and_from_files_of_others(tmp_pa
     for path in (*drawn, *(tmp_path / name for name in results)):
         path.touch()
     assert set(drawn_files(tmp_path, kind)) == drawn
+
+
+def test_the_log_of_trials_has_one_name():
+    """The command has its own constant, since the module of the trials imports the kernels."""
+    from polychirp.cli import stored
+    from polychirp.study.monte_carlo import run
+
+    assert stored.LOG == run.LOG

@@ -57,6 +57,6 @@ def _other_band(own: RampSchedule, other: RampSchedule, *, stopband: float) -> s
         return (
             f"transmits at {1e-9 * below:.5g} to {1e-9 * above:.5g} GHz, and the frame is at "
             f"{1e-9 * low:.5g} to {1e-9 * high:.5g} GHz, with an IF filter that stops "
-            f"{1e-6 * stopband:.3g} MHz; check its start_frequency"
+            f"beats above {1e-6 * stopband:.3g} MHz; check its start_frequency"
         )
     return ""
