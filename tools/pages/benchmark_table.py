@@ -25,7 +25,7 @@ from polychirp.study.mitigation.benchmark import (
 from polychirp.study.mitigation.frame_sets import FRAME_SETS, NEWEST
 from polychirp.study.mitigation.own_methods import METHODS, SLOW_METHODS, methods_named
 from polychirp.threads import num_cores
-from tools.pages.markdown import table
+from tools.pages.markdown import table, three_digits
 
 RECORD: Final = "benchmark.json"
 """File with the numbers of the tables, in the folder of the pages."""
@@ -159,7 +159,7 @@ def _costs(methods: list[str], seconds: Mapping[str, Mapping[str, float]]) -> st
     lines = []
     for name in methods:
         times = [seconds.get(name, {}).get(family) for family in TIMED_FAMILIES]
-        shown = ["refuses" if one is None else f"{1000.0 * one:.3g}" for one in times]
+        shown = ["refuses" if one is None else three_digits(1000.0 * one) for one in times]
         lines.append((_marked(name), MULTIPLICATIONS[name], *shown))
     head = ("method", "real multiplications", *(f"{name}, ms" for name in TIMED_FAMILIES))
     return table(head, lines)

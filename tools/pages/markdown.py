@@ -29,6 +29,15 @@ def _is_number(cell: str) -> bool:
     return re.fullmatch(r"[-+−]?[\d.]+(e[-+]?\d+)?", cell) is not None
 
 
+def three_digits(value: float) -> str:
+    """A number with three digits, or as an integer from 1000 on.
+
+    >>> [three_digits(value) for value in (88.71, 1163.2, 1e-6)]
+    ['88.7', '1163', '1e-06']
+    """
+    return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
+
+
 def within(estimate: Mapping[str, float], digits: int) -> str:
     """A stored estimate with its interval, as a cell of a table.
 

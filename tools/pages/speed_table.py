@@ -18,7 +18,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from tools.pages.markdown import table
+from tools.pages.markdown import table, three_digits
 from tools.sources import ROOT
 
 RECORD: Final = "speed.json"
@@ -147,7 +147,7 @@ def _workers(record: Sequence[Mapping[str, Any]]) -> str:
 def _kernels(rows: Iterable[Mapping[str, Any]]) -> str:
     return table(
         ("benchmark", "median, ms"),
-        [(f"`{row['name']}`", f"{1e3 * row['median']:.3g}") for row in rows],
+        [(f"`{row['name']}`", three_digits(1e3 * row["median"])) for row in rows],
     )
 
 

@@ -34,7 +34,7 @@ from tools.pages.impairment_table import RECORD as IMPAIRMENTS
 from tools.pages.impairment_table import impairment_table
 from tools.pages.league_table import RECORD as LEAGUE
 from tools.pages.league_table import league_tables
-from tools.pages.markdown import table
+from tools.pages.markdown import table, three_digits
 from tools.pages.material_tables import paper_materials, sensitivity
 from tools.pages.mechanism_table import RECORD as MECHANISMS
 from tools.pages.mechanism_table import mechanism_table
@@ -104,7 +104,7 @@ def _cells(row: Comparison) -> tuple[str, ...]:
         _fixed(row.expected, digits),
         _fixed(row.measured, digits),
         _fixed(row.measured - row.expected, digits),
-        f"{row.tolerance:.3g}",
+        three_digits(row.tolerance),
         row.source,
     )
 

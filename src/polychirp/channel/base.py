@@ -145,7 +145,7 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
             f"pair has the shape {ends.shape}; it needs (path, 2), a transmitter and a receiver "
             "for each path"
         )
-    num_paths, num_bounces = len(ends), len(bounces)
+    actor, kind, point = _bounce_columns(bounces, len(ends))
     changes: dict[str, Any] = {
         "coherence_time": coherence_time,
         "delay_acceleration": delay_acceleration,
@@ -153,20 +153,6 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
         "departure_rate": departure_rate,
         "arrival_rate": arrival_rate,
     }
-    # columns keep their types until `PropagationPaths` refuses those that it would truncate
-    actor: list[Any] = []
-    kind: list[Any] = []
-    point = np.zeros((num_paths, num_bounces, 3))
-    for number, (what, whose, where) in enumerate(bounces):
-        if np.shape(whose) != (num_paths,) or np.shape(where) != (num_paths, 3):
-            raise InputError(
-                f"bounce {number} has actors of the shape {np.shape(whose)} and points of the "
-                f"shape {np.shape(where)}; {num_paths} paths need ({num_paths},) and "
-                f"({num_paths}, 3)"
-            )
-        kind.append(np.full(num_paths, what))
-        actor.append(np.asarray(whose))
-        point[:, number] = where
     return PropagationPaths(
         reference_time=scene.time,
         frequency=frequency,
@@ -177,12 +163,35 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
         transfer=transfer,
         departure=departure,
         arrival=arrival,
-        bounce_start=np.arange(num_paths + 1) * num_bounces,
-        bounce_actor=_in_order(actor),
-        bounce_kind=_in_order(kind),
-        bounce_point=point.reshape(-1, 3),
+        bounce_start=np.arange(len(ends) + 1) * len(bounces),
+        bounce_actor=actor,
+        bounce_kind=kind,
+        bounce_point=point,
         **{name: values for name, values in changes.items() if values is not None},
     )
+
+
+def _bounce_columns(
+    bounces: Sequence[tuple[Bounce, IntArray, FloatArray]], num_paths: int
+) -> tuple[Any, Any, FloatArray]:
+    """Actors ``(bounce,)``, kinds ``(bounce,)`` and points ``(bounce, xyz)``, path by path.
+
+    They keep their types until `PropagationPaths` refuses those that it would truncate.
+    """
+    actor: list[Any] = []
+    kind: list[Any] = []
+    point = np.zeros((num_paths, len(bounces), 3))
+    for number, (what, whose, where) in enumerate(bounces):
+        if np.shape(whose) != (num_paths,) or np.shape(where) != (num_paths, 3):
+            raise InputError(
+                f"bounce {number} has actors of the shape {np.shape(whose)} and points of the "
+                f"shape {np.shape(where)}; {num_paths} paths need ({num_paths},) and "
+                f"({num_paths}, 3)"
+            )
+        kind.append(np.full(num_paths, what))
+        actor.append(np.asarray(whose))
+        point[:, number] = where
+    return _in_order(actor), _in_order(kind), point.reshape(-1, 3)
 
 
 def _in_order(columns: Sequence[Any]) -> Any:

@@ -26,6 +26,7 @@ from polychirp.study.limits.receivers import (
     ambiguous_arrays,
     limits_of_paper_receiver,
     long_guards,
+    motion_within_blocks,
     open_speeds,
 )
 from polychirp.study.limits.size import SAMPLE_BYTES, refuse_too_large
@@ -102,7 +103,7 @@ def check(study: Study) -> Derived:
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
         for the guard of the receiver's mitigation, an array is ambiguous in its elements' beam,
-        transmitting elements are idle, a rule of access does not keep radars apart, a radar cannot
+        transmitting elements are idle, or separated as if targets were at rest, a rule of access does not keep radars apart, a radar cannot
         disturb a victim, a target is out of reach, behind the radar or too fast for the receiver,
         beats that real samples fold are not filtered out, or a carrier, a power, a noise figure or
         a mount is implausible.
@@ -161,6 +162,7 @@ def _cautions(
     yield from limits_of_paper_receiver(study, schedules)
     yield from long_guards(study, schedules)
     yield from ambiguous_arrays(study, schedules)
+    yield from motion_within_blocks(study, schedules)
     yield from open_speeds(study, schedules)
     yield from idle_elements(study, schedules)
     yield from access_in_vain(study, schedules)

@@ -58,6 +58,7 @@ from polychirp.waveform import (
     DopplerDivision,
     Hopping,
     PermutedChirps,
+    PhaseCoded,
     Pmcw,
     Sawtooth,
     Subframes,
@@ -742,6 +743,28 @@ def test_radars_of_two_bands_are_noted():
     said = [str(note.message) for note in notes if "powers are those at" in str(note.message)]
     assert any("'front' transmits at 24.1 GHz" in one and "-6.7 dB" in one for one in said)
     assert len(said) == 2
+
+
+@pytest.mark.parametrize(
+    ("coding", "said", "greatest"),
+    [
+        (TimeDivision(), "4 ms apart, .* than 0.17 km/h", 0.0471),
+        (PhaseCoded(), "6 ms apart, .* than 0.11 km/h", 0.0314),
+    ],
+    ids=["turns", "codes"],
+)
+def test_elements_separated_as_if_targets_were_at_rest_are_noted(coding, said, greatest):
+    """λ/20 from the first triangle of a block of three or four to the last one, λ = c/79.5 GHz."""
+    triangles = Triangular(start_frequency=79e9, bandwidth=1e9, ramp_duration=1e-3)
+    array = AntennaArray(num_transmitters=3)
+    radar = replace(FRONT, waveform=triangles, array=array, coding=coding)
+    study = replace(STUDY, radars=(radar,), num_sweeps=12)
+    with pytest.warns(ModelWarning, match=f"'front' share blocks .* {said}"):
+        check(replace(study, receiver=CoherentReceiver()))
+    slow = replace(study, receiver=CoherentReceiver(greatest_speed=greatest))
+    with pytest.warns(ModelWarning, match="is taken for noise") as notes:
+        check(slow)
+    assert not any("share blocks" in str(note.message) for note in notes)
 
 
 def test_elements_that_never_send_are_noted():

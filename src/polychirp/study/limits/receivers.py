@@ -21,6 +21,7 @@ from polychirp.receiver.selection import (
     receiver_for,
 )
 from polychirp.receiver.signal_model.equal_ramps import unequal
+from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.spec import Study, victim_indices
 
 GREATEST_GUARD: Final = 0.1
@@ -31,6 +32,11 @@ a longer guard on either side, each burst removes more than a fifth of a ramp.""
 FEWEST_CELLS: Final = 1.5
 """Least greatest speed of the coherent receiver, in cells λ/2T, with which it detects; measured: it
 finds points of single ramps with 1.8 cells, and none with 1.0."""
+
+MOST_TURN: Final = 0.1
+"""Phase that motion may add to an echo within the block of a code, in cycles, without a note;
+measured: with three elements and an SNR of 82 dB, points have a second detection from 0.2 cycles on
+with time division, and from 0.05 on with codes on all elements."""
 
 
 def limits_of_paper_receiver(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
@@ -95,6 +101,31 @@ def ambiguous_arrays(study: Study, schedules: Sequence[RampSchedule]) -> Iterato
             f"differ by {left:.3g} in azimuth and {up:.3g} in elevation: a target may appear in a "
             "wrong direction; place elements closer together, or unevenly"
         )
+
+
+def motion_within_blocks(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
+    """Codes whose blocks are decoded as for targets at rest, though targets move within them.
+
+    A block lasts T from its first sweep to its last one, over which the phase of an echo grows by
+    2vT/λ cycles.
+    """
+    for number in victim_indices(study):
+        radar, schedule = study.radars[number], schedules[number]
+        receiver = receiver_for(study.receiver, schedule)
+        if schedule.num_elements < 2 or not isinstance(receiver, CoherentReceiver):
+            continue
+        start = schedule.start_time[code_blocks(schedule).ramps[0, :, 0]]
+        length = float(start[-1] - start[0])
+        wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+        greatest = 0.5 * MOST_TURN * wavelength / length
+        if receiver.greatest_speed > greatest:
+            yield (
+                f"the {schedule.num_elements} transmitting elements of '{radar.name}' share blocks "
+                f"of sweeps that begin {1e3 * length:.3g} ms apart, and its receiver 'coherent' "
+                "separates them as if targets were at rest: those faster than "
+                f"{float(f'{3.6 * greatest:.2g}'):g} km/h may have several detections of less SNR; "
+                "use equal chirps, which 'range-doppler' reads, or one transmitting element"
+            )
 
 
 def open_speeds(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
