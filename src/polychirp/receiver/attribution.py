@@ -22,6 +22,7 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.parts import PartPowers
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.mitigation.base import Repair, mitigated
+from polychirp.receiver.own_echo import own_echoes
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import has_subframes, subframes
 from polychirp.receiver.range_doppler.transforms import taper
@@ -347,7 +348,8 @@ def target_levels(
     r"""Echo and interference over noise that the receiver's filter finds at each true target.
 
     With the amplitudes :math:`e_k` and :math:`i_k` of `part_amplitudes` on ramp k, of echo and
-    multipath and of all other parts but noise, the expected power :math:`N_k` of the noise, and the
+    multipath, as far as they move as the target does (`own_echo`; all of them for the receiver of
+    MFSK), and of all other parts but noise, the expected power :math:`N_k` of the noise, and the
     weight :math:`w_k` of the ramp, which is the receiver's taper over the ramps (`RangeDoppler`; 1
     for others) times the share of the ramp's samples that mitigation leaves, the filter matched to
     the echo's own phases over the frame gives
@@ -417,6 +419,8 @@ def _levels(
         scale = _scales_of_ramps(receiver, frame)
         echo, rest = in_sequences(scale * echo), in_sequences(scale * rest)
         noise, along = noise_of_sequences(scale**2 * noise)[:, None], np.ones(echo.shape[1])
+    if not isinstance(receiver, MfskReceiver):
+        echo = own_echoes(echo, along, frame, cells)
     energy = np.abs(echo) ** 2
     signal, added = energy @ along, np.abs(np.sum(along * echo.conj() * rest, axis=1)) ** 2
     floor = np.maximum(np.sum(along**2 * energy * noise, axis=1), 1e-300)

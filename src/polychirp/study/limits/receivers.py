@@ -124,7 +124,8 @@ def motion_within_blocks(study: Study, schedules: Sequence[RampSchedule]) -> Ite
                 f"of sweeps that begin {1e3 * length:.3g} ms apart, and its receiver 'coherent' "
                 "separates them as if targets were at rest: those faster than "
                 f"{float(f'{3.6 * greatest:.2g}'):g} km/h may have several detections of less SNR; "
-                "use equal chirps, which 'range-doppler' reads, or one transmitting element"
+                "use the receiver 'range-doppler', which needs equal chirps, or one transmitting "
+                "element"
             )
 
 

@@ -195,6 +195,7 @@ def test_the_papers_receiver_is_beside_an_ideal_one_with_as_many_false_detection
 
 
 @pytest.mark.filterwarnings("ignore:the .* equal ramps of:polychirp.errors.ModelWarning")
+@pytest.mark.filterwarnings("ignore:the 3 transmitting elements:polychirp.errors.ModelWarning")
 def test_looks_of_a_code_are_those_of_the_virtual_array():
     array = AntennaArray(num_channels=2, num_transmitters=3)
     study = roc_study(num_sweeps=24, array=array, coding=TimeDivision())

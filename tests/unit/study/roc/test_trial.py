@@ -40,6 +40,7 @@ def noise_power(study, num_frames):
     return np.mean(power)
 
 
+@pytest.mark.filterwarnings("ignore:the .* transmitting elements:polychirp.errors.ModelWarning")
 @pytest.mark.parametrize("waveform", [CHIRPS, TRIANGLES], ids=["chirps", "triangles"])
 @pytest.mark.parametrize("coding", [None, TimeDivision(), PhaseCoded()], ids=repr)
 def test_a_point_has_the_snr_that_is_asked_for(waveform, coding):
@@ -205,6 +206,7 @@ def test_other_detections_are_those_of_no_point():
 
 
 @pytest.mark.filterwarnings("ignore:the .* equal ramps of:polychirp.errors.ModelWarning")
+@pytest.mark.filterwarnings("ignore:the .* transmitting elements:polychirp.errors.ModelWarning")
 def test_coded_frames_are_decoded_for_receivers_that_cannot_do_so():
     study = roc_study(num_sweeps=8, **CODED, coding=TimeDivision())
     plan = roc_plan(study, kinds=["range-doppler", "coherent"], **ASK)

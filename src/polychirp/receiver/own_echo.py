@@ -1,0 +1,120 @@
+r"""The part of an echo that moves as its target does.
+
+With the phases of the target removed, its own echo on ramp k is :math:`g_k s_k`: the sum
+:math:`g_k` of what the transmitting elements send towards it, times something slow. The echo of a
+body at the same range whose range rate differs by v turns by :math:`2v/\lambda` cycles per second.
+The slow part is therefore the least-squares fit of tones up to :math:`2V/\lambda`, with V of
+`SAME_RATE`, half a cell 1/T of the frame apart, under a window that falls to zero at the frame's
+ends, as other tones leak into the fit otherwise. Near the ends, where the window hides the echo,
+the slow part goes on with its mean frequency.
+
+An echo whose power under the window is nearly all in its slow part is left as it is. A frame of few
+ramps does not tell such tones apart: every echo then counts as the target's own.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.frames import direction_of
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import IfFrame
+
+SAME_RATE: Final = 2.0
+"""Greatest difference, m/s, between the range rate of a target and of its own echo. Chosen: the
+trunk, the arms and the thighs of a walker stay within it, and so does a body that passes at 25 m/s
+5 m away, whose range rate changes by up to 1 m/s to either side of the middle of a 16-ms frame."""
+
+WINDOW_POWER: Final = 4
+"""Power of the sine that is the window over the ramps. Chosen: a body 40 dB stronger at a range
+rate 3.5 m/s away changes the power of the fit by less than 0.1 dB over 256 chirps in 13 ms."""
+
+HIDDEN: Final = 0.03
+"""Value of the window below which the fit tells nothing; chosen."""
+
+ALL_OWN: Final = 0.9
+"""Share of the power from which on an echo counts as the target's own as a whole; chosen: that is
+0.5 dB."""
+
+_LEAST_TOLD: Final = 0.01
+"""Least eigenvalue, relative to the greatest one, of tones that windowed ramps tell apart; chosen:
+combinations of tones with less are mostly signals of other range rates."""
+
+
+def own_echoes(
+    amplitude: ComplexArray, weight: FloatArray, frame: IfFrame, cells: Detections
+) -> ComplexArray:
+    """The own parts of the amplitudes of echoes in cells, V ``(cell, ramp)``.
+
+    Where other echoes are left out, the slow part has a constant modulus, the rms of the fit.
+
+    Parameters
+    ----------
+    amplitude : V ``(cell, ramp)``, of which the phases of a point in the cell are removed
+    weight : of every ramp, 0 or more, ``(ramp,)``
+    """
+    schedule = frame.schedule
+    time = 0.5 * (schedule.start_time + schedule.end_time)
+    time = time - time[0]
+    highest = 2.0 * SAME_RATE * float(np.mean(schedule.centre_frequency)) / SPEED_OF_LIGHT
+    num_tones = math.ceil(4.0 * highest * float(time[-1])) + 1
+    if num_tones >= np.count_nonzero(weight):
+        return amplitude
+    tones = np.exp(2j * np.pi * np.outer(time, np.linspace(-highest, highest, num_tones)))
+    window = _window(time)
+    own = amplitude.copy()
+    for n, pattern in enumerate(_patterns(frame, cells)):
+        counted = weight * window * np.abs(pattern) ** 2
+        if n == 0 or schedule.num_elements > 1:  # one element is the same for all cells
+            inverse = _inverse(tones, counted)
+        seen = weight * window * pattern.conj() * amplitude[n]
+        slow = tones @ (inverse @ (tones.conj().T @ seen))
+        power = float(counted @ np.abs(slow) ** 2)
+        if power < ALL_OWN * float((weight * window) @ np.abs(amplitude[n]) ** 2):
+            rms = math.sqrt(power / np.sum(counted))
+            own[n] = pattern * rms * _extended(np.exp(1j * np.angle(slow)), time, window)
+    return own
+
+
+def _window(time: FloatArray) -> FloatArray:
+    """Power of a sine over the frame, ``(ramp,)``, that is not quite zero at its ends."""
+    margin = 1.0 / time.size
+    return np.asarray(
+        np.sin(np.pi * (time / time[-1] + margin) / (1.0 + 2.0 * margin)) ** WINDOW_POWER
+    )
+
+
+def _patterns(frame: IfFrame, cells: Detections) -> ComplexArray:
+    r"""Sum of the elements' signals towards each cell, ``(cell, ramp)``.
+
+    An element at y to the left and z up with the response r adds
+    :math:`\overline{r w_{kl}}e^{-2\pi jf(yu+zw)/c}` to the beat of ramp k.
+    """
+    schedule = frame.schedule
+    if schedule.num_elements == 1:
+        return np.ones((cells.num_detections, schedule.num_ramps), dtype=np.complex128)
+    place = frame.array.transmit_position[: schedule.num_elements, 1:]
+    across = direction_of(np.nan_to_num(cells.azimuth), np.nan_to_num(cells.elevation))[:, 1:]
+    cycles = float(np.mean(schedule.centre_frequency)) / SPEED_OF_LIGHT * across @ place.T
+    sent = frame.array.transmitter_response[: schedule.num_elements] * schedule.transmit_weight
+    return np.asarray(np.exp(-2j * np.pi * cycles) @ sent.conj().T)
+
+
+def _inverse(tones: ComplexArray, weight: FloatArray) -> ComplexArray:
+    """Inverse ``(tone, tone)`` of the weighted products of tones, of those that ramps tell apart."""
+    value, vector = np.linalg.eigh(tones.conj().T @ (weight[:, None] * tones))
+    is_told = value > _LEAST_TOLD * value[-1]
+    kept = vector[:, is_told]
+    return np.asarray(kept / value[is_told] @ kept.conj().T)
+
+
+def _extended(phase: ComplexArray, time: FloatArray, window: FloatArray) -> ComplexArray:
+    """Phase factors ``(ramp,)`` that go on with their mean frequency where the window hides them."""
+    shown = np.flatnonzero(window > HIDDEN)
+    turn = np.angle(phase[shown[1:]] * phase[shown[:-1]].conj())
+    speed = np.sum(turn) / (time[shown[-1]] - time[shown[0]])
+    nearest = np.clip(np.arange(time.size), shown[0], shown[-1])
+    return np.asarray(phase[nearest] * np.exp(1j * speed * (time - time[nearest])))
