@@ -140,7 +140,7 @@ RECORDS: Final = (
     _table("chirp-sequence", 3, program="chirp_sequence"),
     _table("benchmark", 20),
     _table("diversity", 20),
-    _table("ghosts", 15, program="ghost"),
+    _table("ghosts", 8, program="ghost"),
     Record(
         name="fig12-13",
         command=(
@@ -190,14 +190,14 @@ RECORDS: Final = (
         minutes=1,
     ),
     _figure("scaling", "scaling", 10),
-    _figure("synthesis-growth", "synthesis_growth", 5),
+    _figure("synthesis-growth", "synthesis_growth", 2),
     _figure("convergence", "convergence", 10),
-    _figure("estimation-bound", "estimation_bound", 30),
+    _figure("estimation-bound", "estimation_bound", 8),
     Record(
         name="speed",
         command=("-m", "tools.pages.speed_table", "docs/validation/speed.json"),
         starts=("tools/pages/speed_table.py", "bench"),
-        minutes=12,
+        minutes=7,
     ),
 )
 """Every record of the documentation, those that others are drawn from first."""

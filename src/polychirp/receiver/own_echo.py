@@ -9,7 +9,8 @@ ends, as other tones leak into the fit otherwise. Near the ends, where the windo
 the slow part goes on with its mean frequency.
 
 An echo whose power under the window is nearly all in its slow part is left as it is. A frame of few
-ramps does not tell such tones apart: every echo then counts as the target's own.
+ramps does not tell such tones apart, and on unequal ramps the phases of a body's scatterers change
+with the frequency: every echo then counts as the target's own.
 """
 
 import math
@@ -22,6 +23,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import direction_of
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.signal_model.equal_ramps import unequal
 
 SAME_RATE: Final = 2.0
 """Greatest difference, m/s, between the range rate of a target and of its own echo. Chosen: the
@@ -61,7 +63,7 @@ def own_echoes(
     time = time - time[0]
     highest = 2.0 * SAME_RATE * float(np.mean(schedule.centre_frequency)) / SPEED_OF_LIGHT
     num_tones = math.ceil(4.0 * highest * float(time[-1])) + 1
-    if num_tones >= np.count_nonzero(weight):
+    if num_tones >= np.count_nonzero(weight) or unequal(schedule):
         return amplitude
     tones = np.exp(2j * np.pi * np.outer(time, np.linspace(-highest, highest, num_tones)))
     window = _window(time)

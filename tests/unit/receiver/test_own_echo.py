@@ -10,7 +10,14 @@ from polychirp.receiver.own_echo import own_echoes
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.rng import Streams
 from polychirp.units import from_db, to_db
-from polychirp.waveform import DopplerDivision, PhaseCoded, Sawtooth, TimeDivision, Triangular
+from polychirp.waveform import (
+    DiverseSawtooth,
+    DopplerDivision,
+    PhaseCoded,
+    Sawtooth,
+    TimeDivision,
+    Triangular,
+)
 from tests.physics.test_mimo import frame, plan, target
 from tests.support.points import HandPoint
 from tests.unit.receiver.range_doppler.test_parts_in_a_cell import (
@@ -86,11 +93,17 @@ def test_the_echo_of_a_target_is_its_own_whatever_the_elements_send(coding, azim
     assert np.sum(np.abs(left) ** 2) < 1e-3 * np.sum(np.abs(whole) ** 2)
 
 
-def test_a_few_ramps_do_not_tell_echoes_apart():
-    """Eight ramps within 8 ms, and 17 tones within ±2 m/s."""
-    triangles = Triangular().schedule(num_sweeps=4, streams=Streams(seed=1))
-    received, parts = frame_with(triangles, echo=[HandPoint(range=9.0, power=1.0)])
-    true = truth_at(received, range=9.0, range_rate=0.0)
+SLOW = Triangular().schedule(num_sweeps=4, streams=Streams(seed=1))
+DRAWN = DiverseSawtooth(
+    start_frequency=77e9, bandwidth=(200e6, 300e6), ramp_duration=50e-6
+).schedule(num_sweeps=256, streams=Streams(seed=1))
+
+
+@pytest.mark.parametrize("schedule", [SLOW, DRAWN], ids=["few ramps", "unequal ramps"])
+def test_ramps_that_do_not_tell_echoes_apart_leave_them_as_they_are(schedule):
+    """Eight ramps within 8 ms, and 17 tones within ±2 m/s; or ramps of drawn slopes."""
+    received, parts = frame_with(schedule, echo=[HandPoint(range=9.0, power=1.0)])
+    true = truth_at(received, range=9.0, range_rate=5.0)
     cells = Detections(
         time=true.time,
         range=true.range,
@@ -101,4 +114,5 @@ def test_a_few_ramps_do_not_tell_echoes_apart():
         snr=[1.0],
     )
     amplitude = part_amplitudes(CoherentReceiver(), received, parts["echo"][None], cells)[:, 0]
-    assert own_echoes(amplitude, np.ones(8), received, cells) is amplitude
+    weight = np.ones(schedule.num_ramps)
+    assert own_echoes(amplitude, weight, received, cells) is amplitude
