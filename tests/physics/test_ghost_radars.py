@@ -4,7 +4,7 @@ Radars stand at different distances from a victim in free space, and all start t
 slopes. A one-way path of delay τ is read as an echo from cτ/2, where no other radar has a beat.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -16,7 +16,8 @@ from polychirp.model.front_end import FrontEnd, HighPass, IqImbalance
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.mitigation import Blanking
 from polychirp.rng import Streams
-from polychirp.study.ghost_radars import Interference, radars_of_ghosts
+from polychirp.study.ghost_radars import radars_of_ghosts
+from polychirp.study.reception import Reception
 from polychirp.study.spec import scene_of, schedules_of
 from polychirp.study.trial import trace_frame
 from polychirp.synthesis.received_frame import synthesize
@@ -53,13 +54,13 @@ def test_a_ghost_at_half_the_distance_of_a_radar_has_its_name(changes, farthest)
         assert seen.score.origin[nearest] == f"radar {name}"
 
 
-def interference(one, *, interferers=None):
+def reception(one, *, interferers=None):
     scene, schedules = scene_of(one), schedules_of(one)
     victim = scene.radar_index(VICTIM)
     snapshots = trace_frame(
         one.tracer, scene, schedules, refresh_interval=one.refresh_interval, receivers=(victim,)
     )
-    return Interference(
+    return Reception(
         engine=Stretch(),
         scene=scene,
         schedules=schedules,
@@ -87,7 +88,7 @@ def test_the_signals_of_all_radars_add_up_to_the_interference_of_the_frame(sampl
         )
         for radar in one.radars
     )
-    again = interference(replace(one, radars=radars))
+    again = reception(replace(one, radars=radars))
     _, parts = synthesize(
         again.engine,
         again.scene,
@@ -104,6 +105,33 @@ def test_the_signals_of_all_radars_add_up_to_the_interference_of_the_frame(sampl
     np.testing.assert_allclose(total, expected, atol=1e-12 * np.abs(expected).max())
 
 
+@dataclass
+class _Counting:
+    """An engine that counts the signals that it computes."""
+
+    inner: Stretch = field(default_factory=Stretch)
+    asked: list[int] = field(default_factory=list)
+
+    def contribution(self, *arguments, victim, transmitter):
+        self.asked.append(transmitter)
+        return self.inner.contribution(*arguments, victim=victim, transmitter=transmitter)
+
+
+@pytest.mark.parametrize(("most", "repeated"), [(8, 0), (1, 1)])
+def test_signals_of_the_first_few_radars_are_computed_once(most, repeated, monkeypatch):
+    monkeypatch.setattr("polychirp.study.reception.MOST_AT_ONCE", most)
+    twin, counting = reception(study()), _Counting()
+    one = replace(twin, engine=counting)
+    frame, parts = one.frame(Streams(1))
+    expected, _ = twin.frame(Streams(1), keeps=False)
+    np.testing.assert_array_equal(frame.samples, expected.samples)
+    computed, others = list(counting.asked), one.audible()
+    assert sorted(computed) == sorted((one.victim, *others))
+    for number in others:
+        np.testing.assert_array_equal(one.parts(number).samples, twin.parts(number).samples)
+    assert len(counting.asked) - len(computed) == repeated
+
+
 def test_mitigation_is_applied_to_each_radar():
     seen = run_trial(study(receiver=replace(study().receiver, mitigation=Blanking())))
     score = seen.victim(VICTIM).score
@@ -115,7 +143,7 @@ def test_mitigation_is_applied_to_each_radar():
 
 
 def test_nothing_is_computed_if_one_radar_alone_is_audible():
-    again = interference(study(), interferers=[2])
+    again = reception(study(), interferers=[2])
 
     def refuse(parts):
         raise AssertionError("computed")

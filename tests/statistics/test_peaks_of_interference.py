@@ -8,7 +8,7 @@ from scipy.stats import binom, poisson
 
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
-from polychirp.study.ghost_radars import Interference
+from polychirp.study.reception import Reception
 from polychirp.study.paper.scenarios import TARGETS_OF_RADAR, paper_study
 from polychirp.study.spec import Study, scene_of, schedules_of, tracer_of
 from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
@@ -54,7 +54,7 @@ def results_of_radar_2(studies: Sequence[Study]) -> list[VictimResult]:
                 frame=frame,
                 parts=parts,
                 targets=TARGETS_OF_RADAR["vehicle-2"],
-                interference=Interference(
+                reception=Reception(
                     engine=Stretch(),
                     scene=scene,
                     schedules=schedules,

@@ -20,7 +20,7 @@ from polychirp.receiver.overview.spectrogram import spectrogram
 from polychirp.receiver.selection import receiver_for
 from polychirp.rng import Streams
 from polychirp.study.check import check
-from polychirp.study.ghost_radars import Interference
+from polychirp.study.reception import Reception
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.spec import Study, scene_of, schedules_of, target_names, tracer_of
 from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
@@ -122,7 +122,7 @@ def detections_in(look: Look) -> VictimResult:
         parts=look.parts,
         targets=target_names(look.study, look.study.radars[0]),
         has_occlusion="occlusion" in look.study.tracer.capabilities,
-        interference=Interference(
+        reception=Reception(
             engine=Stretch(),
             scene=look.scene,
             schedules=schedules_of(look.study),

@@ -67,16 +67,17 @@ def own_echoes(
         return amplitude
     tones = np.exp(2j * np.pi * np.outer(time, np.linspace(-highest, highest, num_tones)))
     window = _window(time)
+    patterns = _patterns(frame, cells)
+    counted = weight * window * np.abs(patterns) ** 2
+    num_kinds = 1 if schedule.num_elements == 1 else len(patterns)  # one element: all are alike
+    inverse = [_inverse(tones, some) for some in counted[:num_kinds]]
     own = amplitude.copy()
-    for n, pattern in enumerate(_patterns(frame, cells)):
-        counted = weight * window * np.abs(pattern) ** 2
-        if n == 0 or schedule.num_elements > 1:  # one element is the same for all cells
-            inverse = _inverse(tones, counted)
+    for n, pattern in enumerate(patterns):
         seen = weight * window * pattern.conj() * amplitude[n]
-        slow = tones @ (inverse @ (tones.conj().T @ seen))
-        power = float(counted @ np.abs(slow) ** 2)
+        slow = tones @ (inverse[min(n, num_kinds - 1)] @ (tones.conj().T @ seen))
+        power = float(counted[n] @ np.abs(slow) ** 2)
         if power < ALL_OWN * float((weight * window) @ np.abs(amplitude[n]) ** 2):
-            rms = math.sqrt(power / np.sum(counted))
+            rms = math.sqrt(power / np.sum(counted[n]))
             own[n] = pattern * rms * _extended(np.exp(1j * np.angle(slow)), time, window)
     return own
 

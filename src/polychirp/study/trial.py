@@ -46,7 +46,8 @@ from polychirp.scoring.compare import compare
 from polychirp.scoring.echoes import Echoes, echoes_of, mean_echoes
 from polychirp.study.body_echoes import body_echoes
 from polychirp.study.frame_loop import last_frame
-from polychirp.study.ghost_radars import Interference, radars_of_ghosts
+from polychirp.study.ghost_radars import radars_of_ghosts
+from polychirp.study.reception import Reception
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.limits.size import refuse_too_large
 from polychirp.study.margins import folds_of, gate_for
@@ -62,10 +63,12 @@ from polychirp.study.spec import (
     victim_indices,
 )
 from polychirp.synthesis.impairments.oscillator_errors import Oscillating
-from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import side_by_side
 from polychirp.waveform import FrameRule
+
+Signals = tuple[IfFrame, IfParts]
+MakesSignals = Callable[[], Signals]
 
 ECHO_INSTANTS: Final = 12
 """Greatest number of instants of a frame whose echoes explain detections. Chosen: parts of a scene
@@ -136,7 +139,7 @@ def run_trial(
     Parameters
     ----------
     names_radars : whether the scores name the radar of each ghost, for which the signals of the
-        radars are computed again, one by one
+        radars are kept or computed again, one by one
     traces : paths of earlier trials, which are used again where the street is the same
     signals : received signals of earlier trials, used again where radars and noise are too
     """
@@ -163,8 +166,6 @@ def run_trial(
     snapshots = recalled(traces, makers, trace)
 
     def simulated(victim: int) -> VictimResult:
-        receive = partial(received_signals, study, scene, schedules, snapshots, victim=victim)
-        own = (makers, scene.radars, schedules, study.seed, victim)
         return simulate_victim(
             study,
             scene,
@@ -172,7 +173,9 @@ def run_trial(
             snapshots,
             victim=victim,
             names_radars=names_radars,
-            received=recalled(signals, own, receive),
+            recall=partial(
+                recalled, signals, (makers, scene.radars, schedules, study.seed, victim)
+            ),
         )
 
     simulations = [partial(simulated, victim) for victim in victims]
@@ -205,31 +208,6 @@ def _refuse_unreadable(
             refuse_real_samples(study.receiver, schedules[victim], radar=radar.name)
 
 
-def received_signals(
-    study: Study,
-    scene: Scene,
-    schedules: Sequence[RampSchedule],
-    snapshots: Sequence[PropagationPaths],
-    *,
-    victim: int,
-) -> tuple[IfFrame, IfParts]:
-    """Frame that radar ``victim`` receives over the snapshots' paths, and its parts."""
-    streams = Streams(study.seed)
-    return synthesize(
-        _engine(streams),
-        scene,
-        schedules,
-        snapshots,
-        victim=victim,
-        interferers=None,
-        streams=streams,
-    )
-
-
-def _engine(streams: Streams) -> Oscillating:
-    return Oscillating(inner=Stretch(), streams=streams)
-
-
 def simulate_victim(
     study: Study,
     scene: Scene,
@@ -238,22 +216,21 @@ def simulate_victim(
     *,
     victim: int,
     names_radars: bool = True,
-    received: tuple[IfFrame, IfParts] | None = None,
+    recall: Callable[[MakesSignals], Signals] = lambda make: make(),
 ) -> VictimResult:
     """Frame that radar ``victim`` receives over the snapshots' paths, its detections and score.
 
-    ``received`` are the frame and its parts where they are known.
+    ``recall`` gives the frame and its parts where they are known, and else makes them.
     """
-    if received is None:
-        received = received_signals(study, scene, schedules, snapshots, victim=victim)
-    frame, parts = received
-    interference = Interference(
-        engine=_engine(Streams(study.seed)),
+    streams = Streams(study.seed)
+    reception = Reception(
+        engine=Oscillating(inner=Stretch(), streams=streams),
         scene=scene,
         schedules=schedules,
         snapshots=snapshots,
         victim=victim,
     )
+    frame, parts = recall(partial(reception.frame, streams, keeps=names_radars))
     return receive_and_score(
         study.receiver,
         scene,
@@ -263,7 +240,7 @@ def simulate_victim(
         parts=parts,
         targets=target_names(study, study.radars[victim]),
         has_occlusion="occlusion" in study.tracer.capabilities,
-        interference=interference if names_radars else None,
+        reception=reception if names_radars else None,
     )
 
 
@@ -322,12 +299,12 @@ def receive_and_score(
     parts: IfParts,
     targets: Sequence[str],
     has_occlusion: bool = True,
-    interference: Interference | None = None,
+    reception: Reception | None = None,
 ) -> VictimResult:
     """Detections in a frame, scored against the truth at the detections' reference time.
 
     ``has_occlusion`` is False if the paths come from a tracer without it: no target is hidden then.
-    ``interference`` is that of the parts; without it, the score names no radars of ghosts. If
+    ``reception`` is that of the frame; without it, the score names no radars of ghosts. If
     several transmit elements are used (MIMO), a receiver that does not separate them itself needs
     the frame decoded; the result then holds the frame and the parts of the virtual array.
     """
@@ -363,9 +340,9 @@ def receive_and_score(
         fluctuation=_fluctuation(scene, targets),
         gate=gate_for(receiver, received.schedule, received.times, received.array),
     )
-    if interference is not None:
+    if reception is not None:
         decode = partial(virtual_parts, received) if is_coded else None
-        radar = radars_of_ghosts(score.nature, interference, _contributions(powers_of, decode))
+        radar = radars_of_ghosts(score.nature, reception, _contributions(powers_of, decode))
         score = replace(score, radar=radar)
     return VictimResult(
         name=scene.radars[victim].name,

@@ -29,7 +29,7 @@ from polychirp.receiver.overview.range_response import range_response
 from polychirp.receiver.selection import FrameReceiver
 from polychirp.rng import Streams
 from polychirp.scoring.causes import causes
-from polychirp.study.ghost_radars import Interference
+from polychirp.study.reception import Reception
 from polychirp.study.kernel_parts import OF_PAPER, compile_parts
 from polychirp.study.margins import gate_for
 from polychirp.study.paper.results import (
@@ -298,7 +298,7 @@ def _case_row(
 ) -> PaperRow:
     victim = scene.radar_index(case.victim)
     receiver = CoherentReceiver(mitigation=Blanking() if case.mitigation == "blanking" else None)
-    interference = Interference(
+    reception = Reception(
         engine=Stretch(),
         scene=scene if case.antenna == "table 2" else with_consistent_antennas(scene),
         schedules=schedules,
@@ -306,15 +306,7 @@ def _case_row(
         victim=victim,
         interferers=[scene.radar_index(name) for name in case.interferers],
     )
-    frame, parts = synthesize(
-        interference.engine,
-        interference.scene,
-        schedules,
-        snapshots,
-        victim=victim,
-        interferers=interference.interferers,
-        streams=Streams(seed),
-    )
+    frame, parts = reception.frame(Streams(seed))
     result = receive_and_score(
         receiver,
         scene,
@@ -323,7 +315,7 @@ def _case_row(
         frame=frame,
         parts=parts,
         targets=TARGETS_OF_RADAR[case.victim],
-        interference=interference,
+        reception=reception,
     )
     return paper_row(
         case, result, receiver, paper_found=_found_by_the_paper(result, scene, snapshots)
