@@ -119,10 +119,10 @@ class _Counting:
 
 @pytest.mark.parametrize(("most", "repeated"), [(8, 0), (1, 1)])
 def test_signals_of_the_first_few_radars_are_computed_once(most, repeated, monkeypatch):
-    monkeypatch.setattr("polychirp.study.reception.MOST_AT_ONCE", most)
+    monkeypatch.setattr("polychirp.study.reception.MOST_KEPT", most)
     twin, counting = reception(study()), _Counting()
     one = replace(twin, engine=counting)
-    frame, parts = one.frame(Streams(1))
+    frame, _ = one.frame(Streams(1))
     expected, _ = twin.frame(Streams(1), keeps=False)
     np.testing.assert_array_equal(frame.samples, expected.samples)
     computed, others = list(counting.asked), one.audible()

@@ -8,8 +8,8 @@ from scipy.stats import binom, poisson
 
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
-from polychirp.study.reception import Reception
 from polychirp.study.paper.scenarios import TARGETS_OF_RADAR, paper_study
+from polychirp.study.reception import Reception
 from polychirp.study.spec import Study, scene_of, schedules_of, tracer_of
 from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize

@@ -20,8 +20,8 @@ from polychirp.receiver.overview.spectrogram import spectrogram
 from polychirp.receiver.selection import receiver_for
 from polychirp.rng import Streams
 from polychirp.study.check import check
-from polychirp.study.reception import Reception
 from polychirp.study.kernel_parts import compile_parts, parts_of
+from polychirp.study.reception import Reception
 from polychirp.study.spec import Study, scene_of, schedules_of, target_names, tracer_of
 from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize

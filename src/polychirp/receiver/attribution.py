@@ -22,7 +22,7 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.parts import PartPowers
 from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.mitigation.base import Repair, mitigated
-from polychirp.receiver.own_echo import own_echoes
+from polychirp.receiver.own_echo import own_echoes, tells_rates_apart
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import has_subframes, subframes
 from polychirp.receiver.range_doppler.transforms import taper
@@ -366,32 +366,24 @@ def target_levels(
     the channels of elements that take turns would not add up for a moving target
     (`phases_in_motion`).
     """
+    cells = _cells(truth)
+    whole = _echoes_before_mitigation(receiver, frame, parts, cells, motion)
     if isinstance(receiver, Decoding):
         read = receiver.reading(frame)
         decoded = replace(parts, samples=read.decode(parts.samples))
         is_mixed = receiver.mitigation is not None and _mixes_channels(read.decode, parts.noise)
-        return _levels(read.receiver, read.frame, decoded, truth, is_mixed=is_mixed, left=read.left)
+        return _levels(
+            read.receiver, read.frame, decoded, cells, whole, is_mixed=is_mixed, left=read.left
+        )
     repair = mitigated(receiver.mitigation, frame).repair
     is_mixed = _mixes_channels(repair, parts.noise)
-    return _levels(receiver, frame, parts, truth, motion=motion, is_mixed=is_mixed)
+    return _levels(receiver, frame, parts, cells, whole, motion=motion, is_mixed=is_mixed)
 
 
-def _levels(
-    receiver: FrameReceiver,
-    frame: IfFrame,
-    parts: IfParts,
-    truth: Truth,
-    *,
-    is_mixed: bool,
-    motion: ComplexArray | None = None,
-    left: FloatArray | None = None,
-) -> TargetLevels:
-    """`target_levels` of a frame without a code.
-
-    ``is_mixed`` is true if channels have noise in common; ``left`` is `Reading.left`.
-    """
+def _cells(truth: Truth) -> Detections:
+    """The cells of true targets, as if each were detected."""
     still = np.zeros(len(truth.name))
-    cells = Detections(
+    return Detections(
         time=truth.time,
         range=truth.range,
         range_rate=truth.range_rate,
@@ -400,6 +392,41 @@ def _levels(
         power=still,
         snr=still,
     )
+
+
+def _echoes_before_mitigation(
+    receiver: FrameReceiver,
+    frame: IfFrame,
+    parts: IfParts,
+    cells: Detections,
+    motion: ComplexArray | None,
+) -> ComplexArray | None:
+    """Amplitudes of the echoes in cells, V ``(cell, ramp)``; None where nobody needs them."""
+    if receiver.mitigation is None or not tells_rates_apart(frame.schedule):
+        return None
+    bare, echo = replace(receiver, mitigation=None), parts.echo[None]
+    if isinstance(bare, Decoding):
+        read = bare.reading(frame)
+        bare, frame, echo = read.receiver, read.frame, read.decode(echo)
+    return part_amplitudes(bare, frame, echo, cells, motion=motion)[:, 0]
+
+
+def _levels(
+    receiver: FrameReceiver,
+    frame: IfFrame,
+    parts: IfParts,
+    cells: Detections,
+    whole: ComplexArray | None,
+    *,
+    is_mixed: bool,
+    motion: ComplexArray | None = None,
+    left: FloatArray | None = None,
+) -> TargetLevels:
+    """`target_levels` of a frame without a code.
+
+    ``whole`` are the echoes before mitigation; None for those after it. ``is_mixed`` is true if
+    channels have noise in common; ``left`` is `Reading.left`.
+    """
     amplitude = part_amplitudes(receiver, frame, parts.samples, cells, motion=motion)
     name = np.array(parts.names)
     is_own, is_noise = np.isin(name, ("echo", "multipath")), name == "noise"
@@ -411,8 +438,8 @@ def _levels(
         noise = _noise_powers(receiver, frame, parts.noise, cells)
     along = _shares_left(receiver, frame)
     if left is not None:  # amplitudes as if nothing were missing, as of `part_amplitudes`
-        whole, along = np.maximum(left, 1e-6), along * left
-        echo, rest, noise = echo / whole, rest / whole, noise / whole**2
+        share, along = np.maximum(left, 1e-6), along * left
+        echo, rest, noise = echo / share, rest / share, noise / share**2
     if isinstance(receiver, RangeDoppler):
         along = along * receiver.ramp_taper(frame.schedule)
     elif isinstance(receiver, MfskReceiver):
@@ -420,7 +447,7 @@ def _levels(
         echo, rest = in_sequences(scale * echo), in_sequences(scale * rest)
         noise, along = noise_of_sequences(scale**2 * noise)[:, None], np.ones(echo.shape[1])
     if not isinstance(receiver, MfskReceiver):
-        echo = own_echoes(echo, along, frame, cells)
+        echo = own_echoes(echo, echo if whole is None else whole, frame, cells)
     energy = np.abs(echo) ** 2
     signal, added = energy @ along, np.abs(np.sum(along * echo.conj() * rest, axis=1)) ** 2
     floor = np.maximum(np.sum(along**2 * energy * noise, axis=1), 1e-300)

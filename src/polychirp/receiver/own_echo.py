@@ -6,7 +6,11 @@ body at the same range whose range rate differs by v turns by :math:`2v/\lambda`
 The slow part is therefore the least-squares fit of tones up to :math:`2V/\lambda`, with V of
 `SAME_RATE`, half a cell 1/T of the frame apart, under a window that falls to zero at the frame's
 ends, as other tones leak into the fit otherwise. Near the ends, where the window hides the echo,
-the slow part goes on with its mean frequency.
+the slow part goes on with its mean frequency. The main lobe of the window is three cells wide to
+either side, so that echoes count as others from three cells beyond V on.
+
+The fit is that of the echoes before mitigation, which leaves more of some ramps than of others.
+What mitigation takes from the echoes of a cell on one ramp, it takes from the own echo too.
 
 An echo whose power under the window is nearly all in its slow part is left as it is. A frame of few
 ramps does not tell such tones apart, and on unequal ramps the phases of a body's scatterers change
@@ -18,11 +22,12 @@ from typing import Final
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import direction_of
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
+from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.signal_model.equal_ramps import unequal
 
 SAME_RATE: Final = 2.0
@@ -45,41 +50,76 @@ _LEAST_TOLD: Final = 0.01
 """Least eigenvalue, relative to the greatest one, of tones that windowed ramps tell apart; chosen:
 combinations of tones with less are mostly signals of other range rates."""
 
+_TINY: Final = 1e-300
+
+
+def tells_rates_apart(schedule: RampSchedule) -> bool:
+    """True if the ramps tell echoes of other range rates from a target's own.
+
+    >>> from polychirp.rng import Streams
+    >>> from polychirp.waveform import Sawtooth, Triangular
+    >>> chirps = Sawtooth(start_frequency=77e9, bandwidth=3e8, ramp_duration=5e-5)
+    >>> [tells_rates_apart(waveform.schedule(num_sweeps=256, streams=Streams(1)))
+    ...     for waveform in (chirps, Triangular())]
+    [True, False]
+    """
+    return _num_tones(schedule) < schedule.num_ramps and not unequal(schedule)
+
 
 def own_echoes(
-    amplitude: ComplexArray, weight: FloatArray, frame: IfFrame, cells: Detections
+    left: ComplexArray, whole: ComplexArray, frame: IfFrame, cells: Detections
 ) -> ComplexArray:
-    """The own parts of the amplitudes of echoes in cells, V ``(cell, ramp)``.
+    """The own parts of echoes that mitigation has left in cells, V ``(cell, ramp)``.
 
-    Where other echoes are left out, the slow part has a constant modulus, the rms of the fit.
+    Where other echoes are taken out, the slow part has a constant modulus, the rms of the fit.
 
     Parameters
     ----------
-    amplitude : V ``(cell, ramp)``, of which the phases of a point in the cell are removed
-    weight : of every ramp, 0 or more, ``(ramp,)``
+    left, whole : amplitudes of all echoes after and before mitigation, V ``(cell, ramp)``, of which
+        the phases of a point in the cell are removed
     """
     schedule = frame.schedule
-    time = 0.5 * (schedule.start_time + schedule.end_time)
-    time = time - time[0]
-    highest = 2.0 * SAME_RATE * float(np.mean(schedule.centre_frequency)) / SPEED_OF_LIGHT
-    num_tones = math.ceil(4.0 * highest * float(time[-1])) + 1
-    if num_tones >= np.count_nonzero(weight) or unequal(schedule):
-        return amplitude
-    tones = np.exp(2j * np.pi * np.outer(time, np.linspace(-highest, highest, num_tones)))
+    if not tells_rates_apart(schedule):
+        return left
+    time = schedule.start_time - schedule.start_time[0]
     window = _window(time)
+    shown = np.flatnonzero(window > HIDDEN)
+    if shown.size < 2:  # two groups of ramps, far apart
+        return left
+    highest = _highest_tone(schedule)
+    frequency = np.linspace(-highest, highest, _num_tones(schedule))
+    tones = np.exp(2j * np.pi * np.outer(time, frequency))
     patterns = _patterns(frame, cells)
-    counted = weight * window * np.abs(patterns) ** 2
+    counted = window * np.abs(patterns) ** 2
     num_kinds = 1 if schedule.num_elements == 1 else len(patterns)  # one element: all are alike
     inverse = [_inverse(tones, some) for some in counted[:num_kinds]]
-    own = amplitude.copy()
+    own = left.copy()
     for n, pattern in enumerate(patterns):
-        seen = weight * window * pattern.conj() * amplitude[n]
+        seen = window * pattern.conj() * whole[n]
         slow = tones @ (inverse[min(n, num_kinds - 1)] @ (tones.conj().T @ seen))
         power = float(counted[n] @ np.abs(slow) ** 2)
-        if power < ALL_OWN * float((weight * window) @ np.abs(amplitude[n]) ** 2):
-            rms = math.sqrt(power / np.sum(counted[n]))
-            own[n] = pattern * rms * _extended(np.exp(1j * np.angle(slow)), time, window)
+        if power < ALL_OWN * float(window @ np.abs(whole[n]) ** 2):
+            rms = math.sqrt(power / max(float(np.sum(counted[n])), _TINY))
+            alone = pattern * rms * _extended(np.exp(1j * np.angle(slow)), time, shown)
+            own[n] = alone * _shares_left(left[n], whole[n])
     return own
+
+
+def _shares_left(left: ComplexArray, whole: ComplexArray) -> ComplexArray:
+    """Factors ``(ramp,)`` of mitigation, which is linear; of a modulus of 1 at most."""
+    factor = left * whole.conj() / np.maximum(np.abs(whole) ** 2, _TINY)
+    return np.asarray(factor / np.maximum(np.abs(factor), 1.0))
+
+
+def _highest_tone(schedule: RampSchedule) -> float:
+    """Frequency of the echo of a body that is `SAME_RATE` faster than the target, Hz."""
+    return 2.0 * SAME_RATE * float(np.mean(schedule.centre_frequency)) / SPEED_OF_LIGHT
+
+
+def _num_tones(schedule: RampSchedule) -> int:
+    """Number of tones up to the highest one, of both signs, half a cell apart."""
+    length = float(schedule.start_time[-1] - schedule.start_time[0])
+    return math.ceil(4.0 * _highest_tone(schedule) * length) + 1
 
 
 def _window(time: FloatArray) -> FloatArray:
@@ -107,16 +147,15 @@ def _patterns(frame: IfFrame, cells: Detections) -> ComplexArray:
 
 
 def _inverse(tones: ComplexArray, weight: FloatArray) -> ComplexArray:
-    """Inverse ``(tone, tone)`` of the weighted products of tones, of those that ramps tell apart."""
+    """Inverse ``(tone, tone)`` of weighted products of tones, of those that ramps tell apart."""
     value, vector = np.linalg.eigh(tones.conj().T @ (weight[:, None] * tones))
     is_told = value > _LEAST_TOLD * value[-1]
     kept = vector[:, is_told]
     return np.asarray(kept / value[is_told] @ kept.conj().T)
 
 
-def _extended(phase: ComplexArray, time: FloatArray, window: FloatArray) -> ComplexArray:
-    """Phase factors ``(ramp,)`` that go on with their mean frequency where the window hides them."""
-    shown = np.flatnonzero(window > HIDDEN)
+def _extended(phase: ComplexArray, time: FloatArray, shown: IntArray) -> ComplexArray:
+    """Phase factors ``(ramp,)`` that go on with their mean frequency beyond the ``shown`` ramps."""
     turn = np.angle(phase[shown[1:]] * phase[shown[:-1]].conj())
     speed = np.sum(turn) / (time[shown[-1]] - time[shown[0]])
     nearest = np.clip(np.arange(time.size), shown[0], shown[-1])

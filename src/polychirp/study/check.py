@@ -103,10 +103,10 @@ def check(study: Study) -> Derived:
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
         for the guard of the receiver's mitigation, an array is ambiguous in its elements' beam,
-        transmitting elements are idle, or separated as if targets were at rest, a rule of access does not keep radars apart, a radar cannot
-        disturb a victim, a target is out of reach, behind the radar or too fast for the receiver,
-        beats that real samples fold are not filtered out, or a carrier, a power, a noise figure or
-        a mount is implausible.
+        transmitting elements are idle, or separated as if targets were at rest, a rule of access
+        does not keep radars apart, a radar cannot disturb a victim, a target is out of reach,
+        behind the radar or too fast for the receiver, beats that real samples fold are not filtered
+        out, or a carrier, a power, a noise figure or a mount is implausible.
     """
     try:
         if study.seed >= 0:  # `problems` reports a negative seed

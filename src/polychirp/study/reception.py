@@ -22,6 +22,10 @@ MOST_AT_ONCE: Final = 8
 own parts. The phases of each detection are computed once for all of them: with eight radars, 256
 chirps and 124 detections it takes 2.6 s of CPU time, and one radar at a time took 10.9 s."""
 
+MOST_KEPT: Final = 4
+"""Radars whose signals are kept from the frame until its ghosts are named. Chosen: they take twice
+the memory of the frame's own parts while the receiver reads it."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reception:
@@ -45,7 +49,7 @@ class Reception:
 
         Parameters
         ----------
-        keeps : whether the signals of up to `MOST_AT_ONCE` other radars are kept for `parts`
+        keeps : whether the signals of up to `MOST_KEPT` other radars are kept for `parts`
         """
         return synthesize(
             _Keeping(self.engine, self._kept) if keeps else self.engine,
@@ -70,7 +74,7 @@ class Reception:
     def parts(self, transmitter: int) -> IfParts:
         """The parts ``direct`` and ``indirect`` of one radar."""
         return interference_of(
-            _Keeping(self.engine, self._kept),
+            _Releasing(self.engine, self._kept),
             self.scene,
             self.schedules,
             self.snapshots,
@@ -95,11 +99,33 @@ class _Keeping:
         victim: int,
         transmitter: int,
     ) -> ComplexArray:
-        if transmitter in self.kept:
-            return self.kept[transmitter]
         made = self.inner.contribution(
             scene, schedules, snapshots, victim=victim, transmitter=transmitter
         )
-        if transmitter != victim and len(self.kept) < MOST_AT_ONCE:
+        if transmitter != victim and len(self.kept) < MOST_KEPT:
             self.kept[transmitter] = made
         return made
+
+
+@dataclass(frozen=True, slots=True)
+class _Releasing:
+    """An engine that hands out signals that were kept, once, and computes others."""
+
+    inner: SynthesisEngine
+    kept: dict[int, ComplexArray]
+
+    def contribution(
+        self,
+        scene: Scene,
+        schedules: Sequence[RampSchedule],
+        snapshots: Sequence[PropagationPaths],
+        *,
+        victim: int,
+        transmitter: int,
+    ) -> ComplexArray:
+        kept = self.kept.pop(transmitter, None)
+        if kept is not None:
+            return kept
+        return self.inner.contribution(
+            scene, schedules, snapshots, victim=victim, transmitter=transmitter
+        )

@@ -47,12 +47,12 @@ from polychirp.scoring.echoes import Echoes, echoes_of, mean_echoes
 from polychirp.study.body_echoes import body_echoes
 from polychirp.study.frame_loop import last_frame
 from polychirp.study.ghost_radars import radars_of_ghosts
-from polychirp.study.reception import Reception
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.limits.size import refuse_too_large
 from polychirp.study.margins import folds_of, gate_for
 from polychirp.study.random_draw import sample_street
 from polychirp.study.recent_results import RecentResults, recalled
+from polychirp.study.reception import Reception
 from polychirp.study.spec import (
     Study,
     refresh_times,

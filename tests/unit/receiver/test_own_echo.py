@@ -1,11 +1,14 @@
 """Echoes that move as the target does, beside others at the same range and in the same beam."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 
 from polychirp.model.detection import Detections
 from polychirp.receiver.attribution import part_amplitudes, target_levels
 from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.mitigation.base import with_weights
 from polychirp.receiver.own_echo import own_echoes
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.rng import Streams
@@ -22,7 +25,6 @@ from tests.physics.test_mimo import frame, plan, target
 from tests.support.points import HandPoint
 from tests.unit.receiver.range_doppler.test_parts_in_a_cell import (
     frame_with,
-    schedule_of,
     truth_at,
 )
 
@@ -62,6 +64,34 @@ def test_another_body_at_the_range_of_a_target_adds_nothing_to_its_levels(
     np.testing.assert_allclose(beside, alone, atol=0.3)
 
 
+@dataclass(frozen=True)
+class _TakesSamplesOut:
+    """A mitigation that leaves a share of the samples of ramps that are drawn."""
+
+    share_of_ramps: float
+    share_left: float
+
+    def mitigate(self, frame):
+        weight = frame.times.is_sample.astype(np.float64)
+        hit = np.random.default_rng(5).random(len(weight)) < self.share_of_ramps
+        first = round((1.0 - self.share_left) * weight.shape[1])
+        weight[hit, :first] = 0.0
+        return with_weights(frame, weight)
+
+
+@pytest.mark.parametrize(("ramps", "left"), [(0.3, 0.9), (0.3, 0.4), (0.4, 0.0)])
+@pytest.mark.parametrize("decibels", [20.0, 40.0])
+@pytest.mark.parametrize("receiver", RECEIVERS, ids=["with a taper", "without a taper"])
+def test_mitigation_does_not_bring_another_body_back(receiver, decibels, ramps, left):
+    repairing = replace(receiver, mitigation=_TakesSamplesOut(ramps, left))
+    fields = {"receiver": repairing, "schedule": SHORT_CHIRPS}
+    stronger = HandPoint(range=20.0, range_rate=11.0, power=0.01 * from_db(decibels))
+    alone, beside = levels_beside([], **fields), levels_beside([stronger], **fields)
+    assert beside[0] == pytest.approx(alone[0], abs=0.3)
+    clean = levels_beside([], receiver=receiver, schedule=SHORT_CHIRPS)
+    assert alone[0] < clean[0] + 0.1
+
+
 @pytest.mark.parametrize("aside", [0.0, 0.5])
 def test_an_echo_near_the_targets_range_rate_is_its_own(aside):
     """A scatterer of a walking person, say."""
@@ -85,11 +115,10 @@ def test_the_echo_of_a_target_is_its_own_whatever_the_elements_send(coding, azim
         snr=[1.0],
     )
     whole = part_amplitudes(RangeDoppler(), received, received.samples[None], cells)[:, 0]
-    weight = RangeDoppler().ramp_taper(received.schedule)
-    own = own_echoes(whole, weight, received, cells)
+    own = own_echoes(whole, whole, received, cells)
     np.testing.assert_array_equal(own, whole)
     turning = whole * np.exp(2j * np.pi * 2.0 * 5.0 / 3.88e-3 * received.schedule.start_time)
-    left = own_echoes(turning, weight, received, cells)
+    left = own_echoes(turning, turning, received, cells)
     assert np.sum(np.abs(left) ** 2) < 1e-3 * np.sum(np.abs(whole) ** 2)
 
 
@@ -114,5 +143,4 @@ def test_ramps_that_do_not_tell_echoes_apart_leave_them_as_they_are(schedule):
         snr=[1.0],
     )
     amplitude = part_amplitudes(CoherentReceiver(), received, parts["echo"][None], cells)[:, 0]
-    weight = np.ones(schedule.num_ramps)
-    assert own_echoes(amplitude, weight, received, cells) is amplitude
+    assert own_echoes(amplitude, amplitude, received, cells) is amplitude

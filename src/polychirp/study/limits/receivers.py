@@ -33,10 +33,10 @@ FEWEST_CELLS: Final = 1.5
 """Least greatest speed of the coherent receiver, in cells λ/2T, with which it detects; measured: it
 finds points of single ramps with 1.8 cells, and none with 1.0."""
 
-MOST_TURN: Final = 0.1
-"""Phase that motion may add to an echo within the block of a code, in cycles, without a note;
-measured: with three elements and an SNR of 82 dB, points have a second detection from 0.2 cycles on
-with time division, and from 0.05 on with codes on all elements."""
+MOST_TURN: Final = {"in turn": 0.1, "together": 0.02}
+"""Phases that motion may add to an echo within the block of a code, in cycles, without a note, for
+elements that send in turn and together; measured: with three elements and an SNR of 82 dB, points
+have a second detection from 0.2 cycles on in turn, and from 0.05 on together."""
 
 
 def limits_of_paper_receiver(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
@@ -106,7 +106,7 @@ def ambiguous_arrays(study: Study, schedules: Sequence[RampSchedule]) -> Iterato
 def motion_within_blocks(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
     """Codes whose blocks are decoded as for targets at rest, though targets move within them.
 
-    A block lasts T from its first sweep to its last one, over which the phase of an echo grows by
+    The last sweep of a block begins T after its first one, over which the phase of an echo grows by
     2vT/λ cycles.
     """
     for number in victim_indices(study):
@@ -114,14 +114,17 @@ def motion_within_blocks(study: Study, schedules: Sequence[RampSchedule]) -> Ite
         receiver = receiver_for(study.receiver, schedule)
         if schedule.num_elements < 2 or not isinstance(receiver, CoherentReceiver):
             continue
-        start = schedule.start_time[code_blocks(schedule).ramps[0, :, 0]]
+        blocks = code_blocks(schedule)
+        start = schedule.start_time[blocks.ramps[0, :, 0]]
         length = float(start[-1] - start[0])
+        is_shared = np.any(np.count_nonzero(blocks.weight, axis=1) > 1)
+        turn = MOST_TURN["together" if is_shared else "in turn"]
         wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
-        greatest = 0.5 * MOST_TURN * wavelength / length
+        greatest = 0.5 * turn * wavelength / length
         if receiver.greatest_speed > greatest:
             yield (
                 f"the {schedule.num_elements} transmitting elements of '{radar.name}' share blocks "
-                f"of sweeps that begin {1e3 * length:.3g} ms apart, and its receiver 'coherent' "
+                f"whose first and last sweeps begin {1e3 * length:.3g} ms apart, and 'coherent' "
                 "separates them as if targets were at rest: those faster than "
                 f"{float(f'{3.6 * greatest:.2g}'):g} km/h may have several detections of less SNR; "
                 "use the receiver 'range-doppler', which needs equal chirps, or one transmitting "

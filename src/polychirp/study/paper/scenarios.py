@@ -29,7 +29,6 @@ from polychirp.receiver.overview.range_response import range_response
 from polychirp.receiver.selection import FrameReceiver
 from polychirp.rng import Streams
 from polychirp.scoring.causes import causes
-from polychirp.study.reception import Reception
 from polychirp.study.kernel_parts import OF_PAPER, compile_parts
 from polychirp.study.margins import gate_for
 from polychirp.study.paper.results import (
@@ -46,10 +45,10 @@ from polychirp.study.paper.results import (
     paper_claims,
 )
 from polychirp.study.provenance import versions
+from polychirp.study.reception import Reception
 from polychirp.study.section_v.cases import run_correlation
 from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of, tracer_of
 from polychirp.study.trial import VictimResult, echoes_during, receive_and_score, trace_frame
-from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import side_by_side
 from polychirp.traffic.paper import paper_mounts, paper_street
