@@ -32,7 +32,7 @@ from polychirp.receiver.signal_model.equal_ramps import unequal
 
 SAME_RATE: Final = 2.0
 """Greatest difference, m/s, between the range rate of a target and of its own echo. Chosen: the
-trunk, the arms and the thighs of a walker stay within it, and so does a body that passes at 25 m/s
+trunk and the thighs of a walker stay within it, and so does a body that passes at 25 m/s
 5 m away, whose range rate changes by up to 1 m/s to either side of the middle of a 16-ms frame."""
 
 WINDOW_POWER: Final = 4

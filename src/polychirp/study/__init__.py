@@ -12,7 +12,7 @@ The modules and subpackages in reading order; others may use the names beside th
 - `part_views`: spectra and maps of the parts of a frame: `part_views`, `part_maps`.
 - `restored`: specs from the plain values that a result is stored with: `restored`.
 - `csv_cells`: cells of tables that spreadsheets read: `safe_cell`.
-- `reception`: what one radar receives in one frame: `Reception`.
+- `reception`: the signals that one radar receives in one frame: `Reception`.
 - `ghost_radars`: the radar that causes each ghost: `radars_of_ghosts`.
 - `recent_results`: paths and signals that trials on one street share: `RecentResults`.
 - `trial`: all stages in order, from the traffic to the score: `run_trial`, `trace_frame`.

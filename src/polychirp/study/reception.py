@@ -1,4 +1,4 @@
-"""What one radar receives in one frame: the frame, and the signals of the other radars in it."""
+"""The frame that one radar receives, and the signals of the other radars in it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -29,7 +29,9 @@ the memory of the frame's own parts while the receiver reads it."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reception:
-    """What one radar receives in one frame, as a whole and radar by radar; as for `synthesize`.
+    """Signals that one radar receives in one frame, as a whole and radar by radar.
+
+    The fields are those of `synthesize`.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ import pytest
 
 from polychirp.config.load import load_study
 from polychirp.receiver.mitigation.blanking import Blanking
-from polychirp.study import trial
+from polychirp.study import reception, trial
 from polychirp.study.recent_results import RecentResults
 from polychirp.study.trial import run_trial
 from polychirp.waveform import DiverseTriangular
@@ -83,8 +83,8 @@ def test_without_a_stated_time_other_frame_times_are_traced_anew(study, monkeypa
 def synthesized(monkeypatch):
     """Frames that are synthesized, one entry each."""
     calls = []
-    inner = trial.synthesize
-    monkeypatch.setattr(trial, "synthesize", lambda *a, **k: calls.append(1) or inner(*a, **k))
+    inner = reception.synthesize
+    monkeypatch.setattr(reception, "synthesize", lambda *a, **k: calls.append(1) or inner(*a, **k))
     return calls
 
 
